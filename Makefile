@@ -1,0 +1,35 @@
+# LARICS camera: every target sets up the .venv it needs by itself.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+export PYTHONPATH := shared:host
+# real MicroPython interpreter for the dual tests; any other build or a board's runner may be given
+MICROPYTHON ?= $(BIN)/micropython
+export MICROPYTHON
+
+.PHONY: help demo test lint bench mpy flash reproduce clean setup
+help:  ## this list
+	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' Makefile
+
+setup: $(READY)  ## the .venv with pinned requirements (other targets do it when needed)
+$(READY): requirements.txt pyproject.toml
+	@command -v $(PYTHON) >/dev/null || { echo "make: $(PYTHON) not found; set PYTHON=/path/to/python3.10+"; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.txt
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
+	@touch $(READY)
+
+test: $(READY)  ## all tests: host, both interpreters, C parser
+	$(BIN)/ruff check .
+	$(BIN)/python -m pytest
+
+lint: $(READY)  ## style and import rules
+	$(BIN)/ruff check .
+
+mpy: $(READY)  ## compile shared/ and firmware/ for the boards and report sizes
+	$(BIN)/python tools/build_mpy.py
+
+clean:  ## remove what was built (the .venv stays)
+	rm -rf build .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

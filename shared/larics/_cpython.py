@@ -1,0 +1,245 @@
+"""Stand-ins for what MicroPython's compiler provides, so that kernels.py also runs on CPython.
+
+On a board `@micropython.viper`, `ptr8`, `ptr16`, `ptr32` and `const` are syntax of the compiler; this
+module is never imported there. On CPython one of three executors runs the very same text, chosen
+once at import by the environment variable LARICS_KERNELS:
+
+- ``numba``  compiled; the default when numba is installed
+- ``plain``  interpreted, bounds-checked pointers; the default without numba
+- ``strict`` interpreted and checked: raises OverflowError where a 32-bit board would wrap, on a
+  shift count outside 0..31, and where a negative value is loaded through ptr32 without a mask
+  (32-bit boards load it signed, 64-bit ones unsigned); IndexError on any access outside a buffer
+
+Pointers load as viper does (8 and 16 bits unsigned, 32 bits signed) and stores truncate. A buffer's
+items must have the pointer's size: bytes, bytearray or memoryview for ptr8, array('H') for ptr16,
+array('i') for ptr32.
+"""
+
+import os
+import types
+from array import array
+
+_EXECUTORS = ("numba", "plain", "strict")
+
+
+def _choose_executor():
+    wanted = os.environ.get("LARICS_KERNELS", "")
+    if wanted and wanted not in _EXECUTORS:
+        raise ImportError("LARICS_KERNELS=%s is unknown; use one of %s" % (wanted, ", ".join(_EXECUTORS)))
+    if wanted in ("plain", "strict"):
+        return wanted, None
+    try:
+        import numba
+    except ImportError:
+        if wanted:
+            raise ImportError("LARICS_KERNELS=numba, but numba is not installed: pip install numba")
+        return "plain", None
+    return "numba", numba
+
+
+EXECUTOR, _numba = _choose_executor()
+
+
+class _Pointer:
+    __slots__ = ("items",)
+
+    def __init__(self, buffer):
+        view = memoryview(buffer)
+        if view.itemsize != self.size:
+            raise TypeError("buffer of %d-byte items given for ptr%d" % (view.itemsize, self.size * 8))
+        self.items = view.cast("B").cast(self.code)
+
+    def __getitem__(self, index):
+        if index < 0:
+            raise IndexError("negative index %d: a board would read before the buffer" % index)
+        return self.items[index]
+
+    def __setitem__(self, index, value):
+        if index < 0:
+            raise IndexError("negative index %d: a board would write before the buffer" % index)
+        value = int(value) & self.mask
+        if self.code == "i" and value > 0x7FFFFFFF:
+            value -= 0x100000000
+        self.items[index] = value
+
+
+class ptr8(_Pointer):
+    size, code, mask = 1, "B", 0xFF
+
+
+class ptr16(_Pointer):
+    size, code, mask = 2, "H", 0xFFFF
+
+
+class ptr32(_Pointer):
+    size, code, mask = 4, "i", 0xFFFFFFFF
+
+
+class _Int32(int):
+    """An int whose arithmetic raises where a 32-bit board would wrap."""
+
+    def __neg__(self):
+        return _checked(int.__neg__(self))
+
+
+class _NegativeLoad:
+    """A negative value loaded through ptr32: signed on one board, unsigned on another, so only a mask is allowed."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def __and__(self, mask):
+        if not 0 <= mask <= 0x3FFFFFFF:
+            raise OverflowError("mask %d of a negative ptr32 load does not fit a small int" % mask)
+        return _Int32(self.value & mask)
+
+    def __getattr__(self, name):
+        raise OverflowError("negative value %d loaded through ptr32 without a mask" % self.value)
+
+    def _refuse(self, *_):
+        raise OverflowError("negative value %d loaded through ptr32 without a mask" % self.value)
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __floordiv__ = __rfloordiv__ = _refuse
+    __mod__ = __or__ = __ror__ = __xor__ = __rxor__ = __rshift__ = __lshift__ = __rand__ = _refuse
+    __lt__ = __le__ = __gt__ = __ge__ = __neg__ = __index__ = __bool__ = _refuse
+
+
+def _checked(value):
+    if not -0x80000000 <= value <= 0x7FFFFFFF:
+        raise OverflowError("%d does not fit int32: a board would wrap" % value)
+    return _Int32(value)
+
+
+def _shift_count(count):
+    if not 0 <= count < 32:
+        raise OverflowError("shift count %d is outside 0..31" % count)
+
+
+def _add_checked_operator(name):
+    forward, backward = getattr(int, "__%s__" % name), getattr(int, "__r%s__" % name)
+    shift = name in ("rshift", "lshift")
+
+    def operator(self, other):
+        if isinstance(other, _NegativeLoad):
+            other._refuse()
+        if shift:
+            _shift_count(other)
+        return _checked(forward(self, other))
+
+    def reflected(self, other):
+        if shift:
+            _shift_count(self)
+        return _checked(backward(self, other))
+
+    setattr(_Int32, "__%s__" % name, operator)
+    setattr(_Int32, "__r%s__" % name, reflected)
+
+
+for _name in ("add", "sub", "mul", "floordiv", "mod", "and", "or", "xor", "rshift", "lshift"):
+    _add_checked_operator(_name)
+
+
+class _StrictPointer:
+    """Wraps a pointer so that what it loads is checked arithmetic from there on."""
+
+    __slots__ = ("pointer",)
+
+    def __init__(self, pointer):
+        self.pointer = pointer
+
+    def __getitem__(self, index):
+        value = self.pointer[index]
+        return _NegativeLoad(value) if value < 0 else _Int32(value)
+
+    def __setitem__(self, index, value):
+        self.pointer[index] = value
+
+
+def _strict_int(value):
+    return value if isinstance(value, _NegativeLoad) else _Int32(value)
+
+
+_POINTERS = (ptr8, ptr16, ptr32)
+
+
+def _interpreted(function, strict):
+    code = function.__code__
+    kinds = [function.__annotations__.get(name) for name in code.co_varnames[: code.co_argcount]]
+    body = function
+    if strict:
+        body = types.FunctionType(code, dict(function.__globals__, int=_strict_int), function.__name__)
+
+    def call(*values):
+        if len(values) != len(kinds):
+            raise TypeError("%s() takes %d arguments, %d given" % (function.__name__, len(kinds), len(values)))
+        arguments = []
+        for value, kind in zip(values, kinds):
+            if kind in _POINTERS:
+                value = kind(value)
+                if strict:
+                    value = _StrictPointer(value)
+            elif strict:
+                value = _checked(value)
+            arguments.append(value)
+        result = body(*arguments)
+        return None if result is None else int(result)
+
+    call.__name__ = function.__name__
+    call.__doc__ = function.__doc__
+    return call
+
+
+if EXECUTOR == "numba":
+    # int(uint8) stays unsigned in numba and uint64 with int64 becomes a float: every load is wrapped in
+    # int() in kernels.py, and that int is this one.
+    import numpy as _numpy
+
+    _int64 = _numba.njit(lambda value: _numpy.int64(value))
+
+    def _viper(function):
+        body = types.FunctionType(
+            function.__code__, dict(function.__globals__, int=_int64), function.__name__
+        )
+        body.__module__ = function.__module__
+        body.__qualname__ = function.__qualname__
+        return _numba.njit(cache=True)(body)
+else:
+
+    def _viper(function):
+        return _interpreted(function, EXECUTOR == "strict")
+
+
+class micropython:
+    """Stands for MicroPython's module of that name: `@micropython.viper` compiles, `native` leaves as is."""
+
+    viper = staticmethod(_viper)
+
+    @staticmethod
+    def native(function):
+        return function
+
+
+def const(value):
+    return value
+
+
+def table16(data):
+    """A table of 16-bit little-endian items in bytes, as a buffer that ptr16 accepts."""
+    return array("H", data)
+
+
+def frame_view(frame):
+    """Any C-contiguous 8-bit buffer as a flat read-only one, of one type, so that numba compiles once.
+
+    Raises ValueError when the items are not single bytes or not contiguous."""
+    view = memoryview(frame)
+    if view.itemsize != 1 or not view.c_contiguous:
+        raise ValueError("a frame is a contiguous buffer of 8-bit pixels")
+    if not view.nbytes:
+        return b""
+    view = view.cast("B", (view.nbytes,)) if view.ndim != 1 else view.cast("B")
+    if EXECUTOR != "numba":
+        return view
+    pixels = _numpy.frombuffer(view, _numpy.uint8)
+    pixels.flags.writeable = False
+    return pixels
