@@ -1,3 +1,3 @@
-"""LARICS marker detection, decoding and protocol: integers only, the same bytes on a camera board and a PC."""
+"""LARICS marker detection, decoding and protocol: integers only, equal on board and PC."""
 
 __version__ = "0.1.0"

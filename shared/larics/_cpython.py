@@ -83,7 +83,7 @@ class _Int32(int):
 
 
 class _NegativeLoad:
-    """A negative value loaded through ptr32: signed on one board, unsigned on another, so only a mask is allowed."""
+    """A negative value loaded through ptr32: boards differ in its sign, so only a mask is allowed."""
 
     def __init__(self, value):
         self.value = value
@@ -171,7 +171,7 @@ def _interpreted(function, strict):
 
     def call(*values):
         if len(values) != len(kinds):
-            raise TypeError("%s() takes %d arguments, %d given" % (function.__name__, len(kinds), len(values)))
+            raise TypeError("%s takes %d arguments, not %d" % (function.__name__, len(kinds), len(values)))
         arguments = []
         for value, kind in zip(values, kinds):
             if kind in _POINTERS:

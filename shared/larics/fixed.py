@@ -14,7 +14,7 @@ try:
     def frame_view(frame):
         return frame
 except ImportError:
-    from larics._cpython import const, frame_view, table16
+    from larics._cpython import const, frame_view, table16  # noqa: F401  (frame_view is for the callers)
 
 from larics import tables
 

@@ -1,18 +1,15 @@
 """Every function that touches pixels, in viper's language: one text for three executors.
 
-On a board viper compiles it, on a PC numba does, and the strict stand-in of `_cpython` proves that
-no int32 overflows. The rules that make all of them give the same bytes:
+On a board viper compiles it, on a PC numba does, and the strict stand-in of `larics._cpython` proves
+that no int32 overflows. The rules that make all of them give the same bytes:
 
-- index style only: `p[i]`, loads wrapped in `int()`, no calls, no `for`, no defaults, no unary minus on loads
+- index style only: `p[i]`, loads wrapped in `int()`, no calls, no `for`, no defaults, no unary minus
 - arguments are pointers or ints; the first three locals (arguments first) live in registers, so the
   hot ones come first and some arguments exist only to be such a register
 - every intermediate within +-2**30, divisors never zero, no shift by more than 31
 - a negative value in a ptr32 buffer is loaded as `((int(p[i]) & 0x3FFFFFFF) ^ 0x20000000) - 0x20000000`
   (32-bit boards load it signed, 64-bit ones unsigned); tables for ptr16 are biased instead
-- no bounds checks on a board: the callers validate, the executors check
-"""
+- no bounds checks on a board: the callers validate, the strict executor checks
 
-try:
-    import micropython
-except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+One module per step of the pipeline; each holds viper functions and nothing else.
+"""

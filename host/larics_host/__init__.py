@@ -1,0 +1,1 @@
+"""The `larics` command and what it is made of: PC only."""
