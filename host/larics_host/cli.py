@@ -1,0 +1,106 @@
+"""The command `larics`: finds the sub-command, runs it, and turns bad input into one line.
+
+A sub-command is a module `larics_host.commands.<name>` with
+
+    NAME = "marker"                 what the user types
+    HELP = "..."                    one line, for `larics --help`
+    EXAMPLE = "larics marker ..."   one or more lines, for `larics marker --help`
+    def add_arguments(parser)       argparse
+    def run(args) -> int            the exit code; UserError for bad input
+
+Only the module of the command in use is imported, so a missing optional dependency hurts that command
+alone. `larics --help` imports them all: keep slow imports inside `run`.
+"""
+
+import argparse
+import importlib
+import os
+import sys
+
+from larics import __version__
+from larics_host.errors import UserError
+
+COMMANDS = ()
+
+EXIT_BAD_INPUT = 2
+EXIT_INTERRUPTED = 130
+EXIT_BROKEN_PIPE = 141
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse with the same one-line errors as everything else."""
+
+    def error(self, message):
+        raise UserError("%s (see %s --help)" % (message, self.prog))
+
+
+def _load(name):
+    """The module of a sub-command. Raises UserError when a package it needs is not installed."""
+    try:
+        return importlib.import_module("larics_host.commands." + name)
+    except ModuleNotFoundError as error:
+        missing = (error.name or "").split(".")[0]
+        if missing in ("", "larics", "larics_host"):
+            raise
+        raise UserError(
+            "larics %s needs the Python package %s: pip install %s" % (name, missing, missing)
+        ) from error
+
+
+def _add_command(commands, name):
+    module = _load(name)
+    parser = commands.add_parser(
+        module.NAME,
+        help=module.HELP,
+        description=module.HELP,
+        epilog="example:\n" + "\n".join("  " + line for line in module.EXAMPLE.strip().splitlines()),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    module.add_arguments(parser)
+    parser.set_defaults(run=module.run)
+
+
+def build_parser(only=None):
+    """The parser with all sub-commands, or with the one named `only`."""
+    parser = _Parser(
+        prog="larics",
+        description="Printed ceiling markers as a localization sensor for indoor robots.",
+        epilog="`larics COMMAND --help` shows the options of a command with an example.",
+    )
+    parser.add_argument("--version", action="version", version="larics " + __version__)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for name in [only] if only else COMMANDS:
+        try:
+            _add_command(commands, name)
+        except UserError as error:
+            if only:
+                raise
+            commands.add_parser(name, help="(not usable: %s)" % error)
+    return parser
+
+
+def _leave_broken_pipe():
+    # whoever read our output is gone; the interpreter must not complain when it flushes at exit
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def main(argv=None):
+    """Runs one command line; returns the exit code (2 for bad input, 130 when interrupted)."""
+    argv = sys.argv[1:] if argv is None else list(argv)
+    try:
+        args = build_parser(argv[0] if argv and argv[0] in COMMANDS else None).parse_args(argv)
+        code = args.run(args) or 0
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        _leave_broken_pipe()
+        return EXIT_BROKEN_PIPE
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+    except UserError as error:
+        message = str(error)
+    except OSError as error:
+        # what no command foresaw: a full disk, a folder that vanished
+        message = "%s: %s" % (error.filename, error.strerror) if error.filename else str(error)
+    print("larics: %s" % " ".join(message.split()), file=sys.stderr)
+    return EXIT_BAD_INPUT
