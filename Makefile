@@ -26,6 +26,7 @@ test: $(READY)  ## all tests: host, both interpreters, C parser
 
 lint: $(READY)  ## style and import rules
 	$(BIN)/ruff check .
+	$(BIN)/python tools/check_rules.py
 
 mpy: $(READY)  ## compile shared/ and firmware/ for the boards and report sizes
 	$(BIN)/python tools/build_mpy.py

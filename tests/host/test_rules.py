@@ -1,0 +1,120 @@
+"""The rules of the house hold, and their checker catches what breaks them."""
+
+import pytest
+
+from tools import check_rules, make_tables
+
+KERNEL = '''"""One kernel."""
+try:
+    import micropython
+    from micropython import const
+except ImportError:
+    from larics._cpython import const, micropython, ptr8
+
+_LIMIT = const(255)
+
+
+@micropython.viper
+def add(p: ptr8, q: ptr8, n: int) -> int:
+    i = 0
+    while i < n:
+        p[i] = (int(p[i]) + int(q[i])) & 255
+        i += 1
+    return i
+'''
+
+
+def texts(name, source, **options):
+    return [text for _, text in check_rules.check(name, source, **options)]
+
+
+def test_the_tree_keeps_the_rules():
+    violations, files = check_rules.check_tree()
+    assert not violations, "\n".join(violations)
+    assert files > 10
+
+
+def test_tables_are_those_of_their_generator():
+    assert make_tables.TARGET.read_text() == make_tables.source(), "run: python tools/make_tables.py"
+
+
+@pytest.mark.parametrize(
+    "source, expected",
+    [
+        ("import math\n", "must not import math"),
+        ("from os import path\n", "must not import os"),
+        ("import larics_host.errors\n", "must not import larics_host.errors"),
+        ("def f():\n    import time\n", "must not import time"),
+        ("m = __import__('numpy')\n", "must not import numpy"),
+        ("x = 0.5\n", "float literal 0.5"),
+        ("x = 1e3\n", "float literal 1000.0"),
+        ("x = 2j\n", "float literal 2j"),
+        ("x = 1 / 2\n", "true division"),
+        ("x = 1\nx /= 2\n", "true division"),
+        ("x = float(3)\n", "use of float"),
+    ],
+)
+def test_shared_code_is_integer_only_and_imports_little(source, expected):
+    assert texts("shared/larics/x.py", source) == [expected]
+
+
+def test_what_shared_code_may_use():
+    imports = "import array, struct, binascii, micropython\nfrom ulab import numpy\nfrom larics import fixed\n"
+    source = imports + "x = 7 // 2\n"
+    assert texts("shared/larics/x.py", source) == []
+    assert texts("shared/larics/_cpython.py", "import numba\nx = 1 / 2\n") == []
+
+
+def test_firmware_and_host_do_not_import_each_other():
+    assert texts("firmware/main.py", "from larics_host import cli\n") == ["must not import larics_host"]
+    assert texts("firmware/main.py", "import machine\nfrom larics import detector\n") == []
+    host = {"firmware_modules": {"loop", "cameras"}}
+    assert texts("host/larics_host/x.py", "import loop\n", **host) == ["must not import loop"]
+    assert texts("host/larics_host/x.py", "from cameras.replay import Replay\n", **host)
+    assert texts("host/larics_host/x.py", "import importlib\nimportlib.import_module('loop')\n", **host)
+    assert texts("host/larics_host/x.py", "import numpy\nfrom larics_host import loop\n", **host) == []
+
+
+def test_a_good_kernel_passes():
+    assert texts("shared/larics/kernels/x.py", KERNEL) == []
+
+
+@pytest.mark.parametrize(
+    "source, part",
+    [
+        ("def f():\n    pass\n", "nothing else"),
+        ("@viper\ndef f(n: int):\n    pass\n", "nothing else"),
+        ("TABLE = [1, 2]\n", "nothing else"),
+        ("class A:\n    pass\n", "nothing else"),
+        ("@micropython.viper\ndef f(n: int = 3):\n    pass\n", "defaults"),
+        ("@micropython.viper\ndef f(p: ptr8, n: int):\n    x = p[n]\n", "outside int()"),
+        ("@micropython.viper\ndef f(p: ptr8, n: int):\n    p[n] += 1\n", "p[i] +="),
+        ("@micropython.viper\ndef f(n: int):\n    x = abs(n)\n", "call of abs"),
+        ("@micropython.viper\ndef f(n: int):\n    x = -n\n", "unary minus"),
+        ("@micropython.viper\ndef f(n: int):\n    for i in range(n):\n        pass\n", "For in a kernel"),
+    ],
+)
+def test_kernel_style_is_enforced(source, part):
+    assert any(part in text for text in texts("shared/larics/kernels/x.py", source))
+
+
+def test_the_init_of_kernels_is_free_but_integer():
+    assert texts("shared/larics/kernels/__init__.py", "def f():\n    pass\n") == []
+    assert texts("shared/larics/kernels/__init__.py", "x = 0.1\n") == ["float literal 0.1"]
+
+
+def test_a_violation_in_a_tree_is_reported_with_its_place(tmp_path):
+    for folder in ("shared/larics", "firmware/cameras", "host/larics_host"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "firmware/loop.py").write_text("import gc\n")
+    (tmp_path / "firmware/cameras/__init__.py").write_text("")
+    (tmp_path / "host/larics_host/a.py").write_text("import numpy\n\nimport loop\n")
+    (tmp_path / "host/larics_host/b.py").write_text("import cameras\n")
+    (tmp_path / "shared/larics/c.py").write_text("x = 3 / 4\n")
+    violations, files = check_rules.check_tree(tmp_path)
+    assert violations == [
+        "shared/larics/c.py:1: true division",
+        "host/larics_host/a.py:3: must not import loop",
+        "host/larics_host/b.py:1: must not import cameras",
+    ]
+    assert files == 5

@@ -1,0 +1,133 @@
+"""The rules of the house, checked over the syntax tree: `python tools/check_rules.py`.
+
+- shared/larics uses integers only and imports nothing but itself and what every board has
+- firmware and host never import each other
+- a module of kernels holds viper functions and nothing else, in the style all executors agree on
+"""
+
+import ast
+import pathlib
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+SHARED_IMPORTS = {"larics", "array", "struct", "binascii", "micropython", "ulab"}
+HOST_ONLY = "shared/larics/_cpython.py"  # stands in for MicroPython's compiler, never on a board
+KERNEL_CALLS = {"int", "ptr8", "ptr16", "ptr32"}
+
+
+def imported_names(tree):
+    """(line, module) of every import, also of import_module("...") and __import__("...")."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield node.lineno, alias.name
+        elif isinstance(node, ast.ImportFrom):
+            if node.level == 0:
+                yield node.lineno, node.module
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if name in ("import_module", "__import__") and isinstance(node.args[0].value, str):
+                yield node.lineno, node.args[0].value
+
+
+def import_violations(tree, allowed=None, forbidden=()):
+    """Imports whose first name is not in `allowed` (None: any) or is in `forbidden`."""
+    for line, name in imported_names(tree):
+        top = name.split(".")[0]
+        if top in forbidden or (allowed is not None and top not in allowed):
+            yield line, "must not import %s" % name
+
+
+def float_violations(tree):
+    """Whatever makes a float: literals, true division, float(), math."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, (float, complex)):
+            yield node.lineno, "float literal %r" % node.value
+        elif isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.Div):
+            yield node.lineno, "true division"
+        elif isinstance(node, ast.Name) and node.id in ("float", "complex", "math"):
+            yield node.lineno, "use of %s" % node.id
+
+
+def _is_viper(function):
+    return [ast.unparse(decorator) for decorator in function.decorator_list] == ["micropython.viper"]
+
+
+def _is_constant(node):
+    """NAME = const(...): folded by the compiler."""
+    return (
+        isinstance(node, ast.Assign)
+        and isinstance(node.value, ast.Call)
+        and getattr(node.value.func, "id", "") == "const"
+    )
+
+
+def _kernel_function_violations(function):
+    if function.args.defaults or function.args.kwonlyargs or function.args.vararg or function.args.kwarg:
+        yield function.lineno, "%s: viper has no defaults, keywords or *args" % function.name
+    inside_int = set()
+    for node in ast.walk(function):
+        if isinstance(node, ast.Call):
+            name = getattr(node.func, "id", ast.unparse(node.func))
+            if name == "int":
+                inside_int.update(id(argument) for argument in node.args)
+            elif name not in KERNEL_CALLS and node not in function.decorator_list:
+                yield node.lineno, "%s: call of %s" % (function.name, name)
+        elif isinstance(node, (ast.For, ast.Try, ast.With, ast.Raise, ast.Slice, ast.FunctionDef)):
+            if node is not function:
+                yield node.lineno, "%s: %s in a kernel" % (function.name, type(node).__name__)
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            yield node.lineno, "%s: unary minus" % function.name
+        elif isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Subscript):
+            yield node.lineno, "%s: p[i] += is slow and untyped, write p[i] = int(p[i]) +" % function.name
+    for node in ast.walk(function):
+        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load) and id(node) not in inside_int:
+            yield node.lineno, "%s: load %s outside int()" % (function.name, ast.unparse(node))
+
+
+def kernel_violations(tree):
+    """What does not belong in a kernels module."""
+    for node in tree.body:
+        docstring = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if docstring or isinstance(node, (ast.Import, ast.ImportFrom)) or _is_constant(node):
+            continue
+        if isinstance(node, ast.Try) and all(isinstance(x, (ast.Import, ast.ImportFrom)) for x in node.body):
+            continue
+        if isinstance(node, ast.FunctionDef) and _is_viper(node):
+            yield from _kernel_function_violations(node)
+        else:
+            yield node.lineno, "a kernels module holds viper functions and nothing else"
+
+
+def check(name, source, firmware_modules=()):
+    """The violations of one file as (line, text); `name` is its path from the root, with slashes."""
+    tree = ast.parse(source, name)
+    if name.startswith("shared/") and name != HOST_ONLY:
+        yield from import_violations(tree, allowed=SHARED_IMPORTS)
+        yield from float_violations(tree)
+        if name.startswith("shared/larics/kernels/") and not name.endswith("__init__.py"):
+            yield from kernel_violations(tree)
+    elif name.startswith("firmware/"):
+        yield from import_violations(tree, forbidden={"larics_host"})
+    elif name.startswith("host/"):
+        yield from import_violations(tree, forbidden={"firmware", *firmware_modules})
+
+
+def check_tree(root=ROOT):
+    """All violations below `root`, as "path:line: text", and the number of files read."""
+    firmware_modules = {path.stem for path in (root / "firmware").glob("*.py")}
+    firmware_modules |= {path.parent.name for path in (root / "firmware").glob("*/__init__.py")}
+    found, count = [], 0
+    for folder in ("shared", "firmware", "host"):
+        for path in sorted((root / folder).rglob("*.py")):
+            name = path.relative_to(root).as_posix()
+            count += 1
+            for line, text in check(name, path.read_text(), firmware_modules):
+                found.append("%s:%d: %s" % (name, line, text))
+    return found, count
+
+
+if __name__ == "__main__":
+    violations, files = check_tree()
+    print("\n".join(violations) if violations else "%d files keep the rules" % files)
+    sys.exit(1 if violations else 0)
