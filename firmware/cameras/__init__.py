@@ -1,0 +1,22 @@
+"""Camera drivers behind one interface, so that the loop does not know which camera it has.
+
+A driver has
+    width, height   size of what `frame` holds, known after start()
+    frame           8-bit pixels, row-major, width * height; valid until the next grab()
+    frame_number    counts every frame the camera has made, also those nobody fetched
+    capture_us      time.ticks_us() in the middle of the exposure of `frame`
+    skipped         frames the camera made and nobody fetched
+    ended           True when no further frame can come (recordings only)
+and
+    start()                  open the camera and begin to capture
+    grab() -> bool           True: `frame` is the newest frame; False: none has come since the last call.
+                             Never waits. Raises CameraError or OSError when the camera fails
+    exposure(us=None)        set when given; returns the exposure time in use, microseconds
+    gain(db10=None)          set when given; returns the gain in use, tenths of a decibel
+    window(x, y, w, h)       deliver only this part of the picture from now on
+    stop()                   release the camera; start() may be called again
+"""
+
+
+class CameraError(Exception):
+    """The camera does not deliver; the message says what happened."""

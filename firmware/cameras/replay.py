@@ -1,0 +1,151 @@
+"""Recorded frames, delivered as a camera would: into one reused buffer, on time or as fast as possible.
+
+A recording is a folder of .pgm files (in the order of their names), one file of PGM pictures one after
+the other, or a list of buffers. All frames of a recording have one size.
+"""
+
+import io
+import os
+import time
+
+from cameras import CameraError
+from cameras.pgm import HEADER_MAX, parse_header
+
+
+class _Folder:
+    def __init__(self, path):
+        self._names = [path + "/" + name for name in sorted(os.listdir(path)) if name.endswith(".pgm")]
+        if not self._names:
+            raise CameraError("no .pgm frame in the folder %s" % path)
+        self.count = len(self._names)
+        self._header = bytearray(HEADER_MAX)
+        with open(self._names[0], "rb") as file:
+            self.width, self.height, _ = self._size(file)
+
+    def _size(self, file):
+        count = file.readinto(self._header)
+        return parse_header(memoryview(self._header)[:count])
+
+    def read(self, index, frame):
+        with open(self._names[index], "rb") as file:
+            width, height, offset = self._size(file)
+            if (width, height) != (self.width, self.height):
+                raise CameraError("%s is %dx%d, not as the first" % (self._names[index], width, height))
+            file.seek(offset)
+            if file.readinto(frame) != len(frame):
+                raise CameraError("%s is cut off" % self._names[index])
+
+
+class _Pictures:
+    """One file of equally long pictures; reading one allocates nothing."""
+
+    def __init__(self, path):
+        self._file = open(path, "rb")
+        header = bytearray(HEADER_MAX)
+        count = self._file.readinto(header)
+        self.width, self.height, self._offset = parse_header(memoryview(header)[:count])
+        self._stride = self._offset + self.width * self.height
+        size = os.stat(path)[6]
+        self.count = size // self._stride
+        if size % self._stride or not self.count:
+            raise CameraError("%s does not hold whole frames of %dx%d" % (path, self.width, self.height))
+
+    def read(self, index, frame):
+        self._file.seek(index * self._stride + self._offset)
+        if self._file.readinto(frame) != len(frame):
+            raise CameraError("recording is cut off at frame %d" % index)
+
+
+class _Buffers:
+    def __init__(self, frames, width, height):
+        self._streams = [io.BytesIO(frame) for frame in frames]  # copying a slice would allocate
+        if not self._streams:
+            raise CameraError("the list of frames is empty")
+        self.count = len(self._streams)
+        self.width, self.height = width, height
+
+    def read(self, index, frame):
+        stream = self._streams[index]
+        stream.seek(0)
+        if stream.readinto(frame) != len(frame):
+            raise CameraError("frame %d is too short" % index)
+
+
+class Replay:
+    """`frames`: path or list (then `width`, `height` tell the size). `fps` 0 delivers without waiting.
+
+    `rounds` repeats the recording, 0 for ever. At a frame rate, frames that were not fetched in time are
+    skipped and counted, as with a camera. Raises CameraError or OSError when nothing can be read.
+    """
+
+    def __init__(self, frames, fps=0, rounds=1, width=0, height=0, clock=time):
+        self._frames = frames
+        self._period_us = 1000000 // fps if fps else 0
+        self._rounds = rounds
+        self.width, self.height = width, height
+        self._clock = clock
+        self._exposure_us, self._gain_db10 = 1000, 0
+        self._source = None
+
+    def start(self):
+        if not isinstance(self._frames, str):
+            self._source = _Buffers(self._frames, self.width, self.height)
+        elif os.stat(self._frames)[0] & 0x4000:
+            self._source = _Folder(self._frames)
+        else:
+            self._source = _Pictures(self._frames)
+        self.width, self.height = self._source.width, self._source.height
+        self.frame = bytearray(self.width * self.height)
+        self.frame_number = -1
+        self.skipped = 0
+        self.ended = False
+        self._round = 0
+        self._index = -1  # in the recording; frame_number goes on counting over the rounds
+        self._due_us = self.capture_us = self._clock.ticks_us()
+
+    def grab(self):
+        if self.ended:
+            return False
+        now_us = self._clock.ticks_us()
+        steps = 1
+        if self._period_us:
+            late_us = self._clock.ticks_diff(now_us, self._due_us)
+            if late_us < 0:
+                return False
+            steps += late_us // self._period_us
+            self.capture_us = self._clock.ticks_add(self._due_us, (steps - 1) * self._period_us)
+            self._due_us = self._clock.ticks_add(self._due_us, steps * self._period_us)
+        else:
+            self.capture_us = now_us
+        return self._advance(steps)
+
+    def _advance(self, steps):
+        index = self._index + steps
+        while index >= self._source.count:
+            self._round += 1
+            if self._rounds and self._round >= self._rounds:
+                self.ended = True
+                return False
+            index -= self._source.count
+        self._index = index
+        self.frame_number += steps
+        self.skipped += steps - 1
+        self._source.read(index, self.frame)
+        return True
+
+    def exposure(self, us=None):
+        if us is not None:
+            self._exposure_us = us  # a recording cannot be exposed again; the value is only reported
+        return self._exposure_us
+
+    def gain(self, db10=None):
+        if db10 is not None:
+            self._gain_db10 = db10
+        return self._gain_db10
+
+    def window(self, x, y, w, h):
+        raise CameraError("a recording cannot be windowed; record it with the window")
+
+    def stop(self):
+        self._source = None
+        self.ended = True

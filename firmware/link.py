@@ -1,0 +1,86 @@
+"""The serial link to the vehicle: a ring of bytes to send, and what arrives handed to the decoder.
+
+A call never waits for the line: `send` stores a whole message or refuses it, `pump` gives the UART what
+it takes. The ring is small on purpose: when the line is slower than the messages, those that do not
+fit are dropped and counted, and what is sent is at most a ring's length old.
+"""
+
+_CHUNK = 64
+_PUMP_MAX = 256  # some ports wait until the bytes are out: 22 ms at 115200 baud at most
+
+
+class Link:
+    """`uart`: object with machine.UART's any(), readinto(buffer, count) and write(buffer, offset, count).
+
+    `on_bytes(buffer, count)` gets what arrives. Counters: sent_bytes, dropped (messages), short_writes
+    (the UART took less than offered), failures (the UART raised OSError).
+    """
+
+    def __init__(self, uart, on_bytes, ring_bytes=1024):
+        self._uart = uart
+        self._on_bytes = on_bytes
+        self._ring = bytearray(ring_bytes)
+        self._head = 0  # next byte to send
+        self._used = 0
+        self._received = bytearray(_CHUNK)
+        self.sent_bytes = 0
+        self.dropped = 0
+        self.short_writes = 0
+        self.failures = 0
+
+    def free(self):
+        """Bytes that send() would take now."""
+        return len(self._ring) - self._used
+
+    def send(self, buffer, count):
+        """Stores `count` bytes to be sent; False (and counted) when they do not fit as a whole."""
+        ring = self._ring
+        size = len(ring)
+        if count > size - self._used:
+            self.dropped += 1
+            return False
+        tail = self._head + self._used
+        for index in range(count):
+            if tail >= size:
+                tail -= size
+            ring[tail] = buffer[index]
+            tail += 1
+        self._used += count
+        return True
+
+    def pump(self):
+        """Gives the UART what waits, as far as it takes it; returns False when the UART failed."""
+        budget = _PUMP_MAX
+        while self._used and budget > 0:
+            count = min(self._used, len(self._ring) - self._head, _CHUNK)
+            try:
+                written = self._uart.write(self._ring, self._head, count)
+            except OSError:
+                self.failures += 1
+                return False
+            if written is None:
+                written = 0
+            self._head += written
+            if self._head == len(self._ring):
+                self._head = 0
+            self._used -= written
+            self.sent_bytes += written
+            if written < count:
+                self.short_writes += 1
+                break
+            budget -= written
+        return True
+
+    def poll(self):
+        """Hands on what has arrived; returns False when the UART failed."""
+        try:
+            waiting = self._uart.any()
+            if not waiting:
+                return True
+            count = self._uart.readinto(self._received, min(waiting, _CHUNK))
+        except OSError:
+            self.failures += 1
+            return False
+        if count:
+            self._on_bytes(self._received, count)
+        return True
