@@ -1,0 +1,1 @@
+"""What `tools/bench.py` and `tools/rates.py` are made of: frames, methods, scoring, plots."""

@@ -1,0 +1,96 @@
+"""Runs methods over many frames on several processes and tallies what they find."""
+
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from typing import NamedTuple
+
+from . import frames, methods
+from .scoring import Tally
+
+BLOCK = 25  # frames handed to a process at a time
+
+PHOTOGRAPHS = "photographs"  # taken for a preset here: no renderer, no marker
+
+
+class Job(NamedTuple):
+    """Frames `start`..`start + count - 1` of a preset; `group` is the caller's name for the result."""
+
+    group: object
+    preset: str
+    seed: int
+    start: int
+    count: int
+    radius_px: float
+    overrides: tuple  # of (name, value)
+    names: tuple  # methods
+    cache: str | None = None
+
+
+def jobs(group, preset, seed, count, radius_px, overrides, names, cache=None):
+    """A measurement of `count` frames cut into jobs."""
+    return [
+        Job(
+            group, preset, seed, start, min(BLOCK, count - start), radius_px,
+            tuple(sorted(overrides.items())), tuple(names), cache,
+        )
+        for start in range(0, count, BLOCK)
+    ]  # fmt: skip
+
+
+_detectors = {}
+
+
+def _detector(name, radius_px):
+    if (name, radius_px) not in _detectors:
+        _detectors[name, radius_px] = methods.make(name, frames.WIDTH, frames.HEIGHT, radius_px)
+    return _detectors[name, radius_px]
+
+
+def _block(job, target):
+    if job.preset == PHOTOGRAPHS:
+        return [(frames.photograph(job.seed, job.start + i), []) for i in range(job.count)]
+    overrides = dict(job.overrides)
+    if job.cache:
+        return frames.Cache(job.cache).block(
+            job.preset, job.seed, job.start, job.count, target, job.radius_px, overrides
+        )
+    return [
+        frames.render(job.preset, job.seed, job.start + i, target, job.radius_px, overrides)
+        for i in range(job.count)
+    ]
+
+
+def run(job):
+    """The job and its tallies by method."""
+    tallies = {}
+    for target in sorted({methods.target(name) for name in job.names}):
+        block = _block(job, target)
+        for name in job.names:
+            if methods.target(name) != target:
+                continue
+            detect, tally = _detector(name, job.radius_px), Tally()
+            for i, (frame, truths) in enumerate(block):
+                tally.add(truths, detect(frame), (job.preset, job.seed, job.start + i))
+            tallies[name] = tally
+    return job, tallies
+
+
+def run_all(all_jobs, processes=1, on_done=lambda count: None):
+    """{group: {method: Tally}} of all jobs; `on_done(frames)` is called as blocks are finished."""
+    results = {}
+
+    def collect(job, tallies):
+        group = results.setdefault(job.group, {name: Tally() for name in job.names})
+        for name, tally in tallies.items():
+            group[name].merge(tally)
+        on_done(job.count)
+
+    if processes <= 1:
+        for job in all_jobs:
+            collect(*run(job))
+        return results
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+        for future in as_completed([pool.submit(run, job) for job in all_jobs]):
+            collect(*future.result())
+    return results

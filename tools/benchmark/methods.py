@@ -1,0 +1,156 @@
+"""The methods under test behind one interface: a frame in, a list of `Found` out.
+
+Each method is drawn its own tag (`target`) on a plate of equal footprint. The tags' x axis (from the
+first corner to the second) lies along what is the orientation line of our marker.
+"""
+
+import math
+
+import cv2
+import numpy as np
+import pupil_apriltags
+
+from larics import detection
+
+from .scoring import Found
+
+RADIUS_TOLERANCE = 0.15  # a known radius is known within this share
+
+
+def radius_range(radius_px):
+    """The range that a user would give for a ring of about this radius."""
+    return math.floor(radius_px * (1 - RADIUS_TOLERANCE)), math.ceil(radius_px * (1 + RADIUS_TOLERANCE))
+
+
+def _quad_pose(corners):
+    """Projected centre and image angle (ccw, deg) of the tag's x axis there, from its four corners."""
+    unit = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32)
+    h = cv2.getPerspectiveTransform(unit, corners.astype(np.float32))
+    x, y = h[0, 2] / h[2, 2], h[1, 2] / h[2, 2]
+    dx = (h[0, 0] - x * h[2, 0]) / h[2, 2]
+    dy = (h[1, 0] - y * h[2, 0]) / h[2, 2]
+    return x, y, math.degrees(math.atan2(-dy, dx)) % 360.0
+
+
+class Larics:
+    """Our detector, or the published one: both report `larics.detection.Detection`."""
+
+    target = "larics"
+
+    def __init__(self, detector):
+        self.detector = detector
+
+    def __call__(self, frame):
+        return [
+            Found(
+                None if d.flags & detection.FLAG_ID_UNCERTAIN else d.marker_id,
+                d.x_q8 / 256.0,
+                d.y_q8 / 256.0,
+                d.heading_cdeg / 100.0,
+                d.margin,
+                tuple(detection.flag_names(d.flags)),
+            )
+            for d in self.detector.detect(frame)
+        ]
+
+
+class Aruco:
+    """cv2.aruco with the 4x4 dictionary of 50 tags."""
+
+    target = "aruco"
+
+    def __init__(self, subpixel):
+        parameters = cv2.aruco.DetectorParameters()
+        if subpixel:
+            parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+        self.detector = cv2.aruco.ArucoDetector(dictionary, parameters)
+
+    def __call__(self, frame):
+        quads, ids, _ = self.detector.detectMarkers(frame)
+        if ids is None:
+            return []
+        return [
+            Found(int(number), *_quad_pose(quad.reshape(4, 2)))
+            for quad, number in zip(quads, np.ravel(ids), strict=True)
+        ]
+
+
+class AprilTag:
+    """AprilTag 3, family 36h11, one thread."""
+
+    target = "apriltag"
+
+    def __init__(self, decimate):
+        self.detector = pupil_apriltags.Detector(families="tag36h11", nthreads=1, quad_decimate=decimate)
+
+    def __call__(self, frame):
+        # its pixel centres lie at half integers; its corners run from the lower left against the clock
+        return [
+            Found(int(tag.tag_id), *_quad_pose(tag.corners[::-1] - 0.5))
+            for tag in self.detector.detect(frame)
+        ]
+
+
+class HoughCircles:
+    """cv2.HoughCircles on the outer ring: a centre, neither heading nor ID."""
+
+    target = "larics"
+
+    def __init__(self, radius_px):
+        self.low, self.high = radius_range(radius_px)
+
+    def __call__(self, frame):
+        circles = cv2.HoughCircles(
+            cv2.GaussianBlur(frame, (0, 0), 1.0),
+            cv2.HOUGH_GRADIENT,
+            dp=1,
+            minDist=2 * self.high,
+            param1=40,
+            param2=24,
+            minRadius=self.low,
+            maxRadius=self.high,
+        )
+        if circles is None:
+            return []
+        return [Found(None, float(x), float(y), None) for x, y, _ in circles.reshape(-1, 3)]
+
+
+def _larics(width, height, radius_px):
+    from larics.detector import Detector
+
+    low, high = radius_range(radius_px)
+    return Larics(Detector(width, height, radius_min_px=low, radius_max_px=high))
+
+
+def _paper(width, height, radius_px):
+    from larics.paper import PaperDetector
+
+    low, high = radius_range(radius_px)
+    return Larics(PaperDetector(width, height, low, high))
+
+
+# name: (label, what is drawn, constructor)
+METHODS = {
+    "larics": ("LARICS", "larics", _larics),
+    "paper": ("published decoder", "larics", _paper),
+    "aruco": ("ArUco", "aruco", lambda width, height, radius_px: Aruco(subpixel=False)),
+    "aruco_subpix": ("ArUco sub-pixel", "aruco", lambda width, height, radius_px: Aruco(subpixel=True)),
+    "apriltag": ("AprilTag 36h11", "apriltag", lambda width, height, radius_px: AprilTag(1.0)),
+    "apriltag2": ("AprilTag 36h11 decimated", "apriltag", lambda width, height, radius_px: AprilTag(2.0)),
+    "hough": ("cv2.HoughCircles", "larics", lambda width, height, radius_px: HoughCircles(radius_px)),
+}
+
+
+def label(name):
+    return METHODS[name][0]
+
+
+def target(name):
+    return METHODS[name][1]
+
+
+def make(name, width, height, radius_px):
+    """A callable frame -> list of Found for frames of one size and a ring of about `radius_px`."""
+    cv2.setNumThreads(1)
+    return METHODS[name][2](width, height, radius_px)

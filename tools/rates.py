@@ -1,0 +1,87 @@
+"""Rates and errors of one detection method on rendered frames: one row a preset. The tool for tuning.
+
+    python tools/rates.py --preset cloudy --frames 500 --seed 100
+    python tools/rates.py --preset sunny,cloudy,harsh --method larics,paper,apriltag
+    python tools/rates.py --preset sunny --set blur_px=8 --radius-px 20 --show 10
+    python tools/rates.py --preset negative,photographs --frames 2000
+    python tools/rates.py --preset harsh --cache /tmp/larics-frames     # render once, tune many times
+
+Columns: pose reported, ID reported and right, wrong IDs, uncertain IDs, false positives, centre and
+heading error (median / 95th percentile). `--show N` lists the first N frames (preset, seed, index) that
+were missed or wrong, `--save DIR` writes them as PNG. `--set` takes any override of
+`larics_host.render.render_frame`. Seeds below 1000 are for tuning, those from 5000 on for the bench.
+"""
+
+import argparse
+import ast
+import sys
+from pathlib import Path
+
+import cv2
+from benchmark import evaluate, frames, methods, report
+
+
+def arguments(words=None):
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--preset", default="sunny", help="presets of the renderer, and photographs")
+    parser.add_argument("--method", default="larics", help="of: " + ", ".join(methods.METHODS))
+    parser.add_argument("--frames", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=100)
+    parser.add_argument("--radius-px", type=float, default=30.0, help="ring drawn, and expected within 15 %%")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="override")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--cache", help="folder that keeps rendered frames between runs")
+    parser.add_argument("--show", type=int, default=0, help="list this many failed frames a kind")
+    parser.add_argument("--save", help="folder for the failed frames listed by --show")
+    return parser.parse_args(words)
+
+
+def override(text):
+    """`name=value` -> (name, number or text)."""
+    name, _, value = text.partition("=")
+    try:
+        return name, ast.literal_eval(value)
+    except (SyntaxError, ValueError):
+        return name, value
+
+
+def show(tally, name, options, overrides):
+    """Lists failed frames, and saves them when asked."""
+    kinds = (("missed", tally.misses), ("wrong ID", tally.wrongs), ("false positive", tally.false_keys))
+    for kind, keys in kinds:
+        for preset, seed, index in keys[: options.show]:
+            print("  %-14s %s %d %d" % (kind, preset, seed, index))
+            if not options.save:
+                continue
+            if preset == evaluate.PHOTOGRAPHS:
+                frame = frames.photograph(seed, index)
+            else:
+                frame, _ = frames.render(
+                    preset, seed, index, methods.target(name), options.radius_px, overrides
+                )
+            Path(options.save).mkdir(parents=True, exist_ok=True)
+            file = "%s-%s-%d-%d.png" % (kind.replace(" ", "-"), preset, seed, index)
+            cv2.imwrite(str(Path(options.save) / file), frame)
+
+
+def main():
+    options = arguments()
+    names = options.method.split(",")
+    unknown = [name for name in names if name not in methods.METHODS]
+    if unknown:
+        sys.exit("rates: unknown method %s; use %s" % (unknown[0], ", ".join(methods.METHODS)))
+    overrides = dict(override(text) for text in options.set)
+    print(report.heading("preset / method"))
+    for preset in options.preset.split(","):
+        todo = evaluate.jobs(
+            preset, preset, options.seed, options.frames, options.radius_px, overrides, names, options.cache
+        )
+        for name, tally in evaluate.run_all(todo, options.jobs)[preset].items():
+            print(report.line("%s %s" % (preset, name), tally.row()), flush=True)
+            show(tally, name, options, overrides)
+
+
+if __name__ == "__main__":
+    main()
