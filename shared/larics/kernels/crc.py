@@ -1,0 +1,41 @@
+"""CRC-32 in two 16-bit halves, and COBS in place: a board allocates every int beyond 30 bits.
+
+`table` is array('H') of 32 items: low and high half of the CRC of each 4-bit value.
+"""
+
+try:
+    import micropython
+except ImportError:
+    from larics._cpython import micropython, ptr8, ptr16
+
+
+@micropython.viper
+def crc32(data: ptr8, table: ptr16, first: int, end: int, result: ptr16):
+    """CRC-32 of data[first..end-1], as binascii.crc32: low half to result[0], high half to result[1]."""
+    low = 0xFFFF
+    high = 0xFFFF
+    while first < end:
+        low = low ^ int(data[first])
+        n = (low & 15) << 1
+        low = ((low >> 4) | ((high & 15) << 12)) ^ int(table[n])
+        high = (high >> 4) ^ int(table[n + 1])
+        n = (low & 15) << 1
+        low = ((low >> 4) | ((high & 15) << 12)) ^ int(table[n])
+        high = (high >> 4) ^ int(table[n + 1])
+        first += 1
+    result[0] = low ^ 0xFFFF
+    result[1] = high ^ 0xFFFF
+
+
+@micropython.viper
+def cobs(frame: ptr8, end: int):
+    """Makes frame[1..end-1], at most 253 bytes, the COBS block frame[0..end-1], and frame[end] = 0."""
+    i = 1
+    code = 0
+    while i < end:
+        if int(frame[i]) == 0:
+            frame[code] = i - code
+            code = i
+        i += 1
+    frame[code] = end - code
+    frame[end] = 0
