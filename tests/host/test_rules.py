@@ -59,7 +59,8 @@ def test_shared_code_is_integer_only_and_imports_little(source, expected):
 
 
 def test_what_shared_code_may_use():
-    source = "import array, struct\nimport binascii, micropython\nfrom ulab import numpy\nfrom larics import fixed\n"
+    imports = "import array, struct\nimport binascii, micropython\nfrom ulab import numpy\n"
+    source = imports + "from larics import fixed\nx = 7 // 2\n"
     assert texts("shared/larics/x.py", source) == []
     assert texts("shared/larics/_cpython.py", "import numba\nx = 1 / 2\n") == []
 
