@@ -1,0 +1,184 @@
+"""The table of settings, `FIELDS`, and what a single value may be. See `larics.settings`."""
+
+
+class Field:
+    """One setting. `key` is its number on the wire and never changes its meaning."""
+
+    __slots__ = (
+        "key",
+        "name",
+        "kind",
+        "default",
+        "low",
+        "high",
+        "unit",
+        "meaning",
+        "choices",
+        "length",
+        "columns",
+    )
+
+    def __init__(self, key, name, kind, default, low, high, unit, meaning, choices=(), length=0, columns=()):
+        self.key = key
+        self.name = name
+        self.kind = kind
+        self.default = default
+        self.low = low
+        self.high = high
+        self.unit = unit
+        self.meaning = meaning
+        self.choices = choices
+        self.length = length
+        self.columns = columns
+
+    def range_text(self):
+        """The allowed values, for people: "1..100", "larics, nmea or mavlink"."""
+        if self.kind == "choice":
+            names = [str(choice) for choice in self.choices]
+            return ", ".join(names[:-1]) + " or " + names[-1]
+        if self.kind == "bool":
+            return "true or false"
+        if self.kind == "list":
+            return "up to %d numbers %d..%d" % (self.length, self.low, self.high)
+        if self.kind == "table":
+            columns = ["%s %d..%d" % column for column in self.columns]
+            return "up to %d rows [%s]" % (self.length, ", ".join(columns))
+        return "%d..%d" % (self.low, self.high)
+
+    def reason(self, value):
+        """None when the value is allowed, else one line that says why not."""
+        if self.kind == "bool":
+            allowed = value is True or value is False
+        elif self.kind == "choice":
+            allowed = not isinstance(value, bool) and value in self.choices
+        elif self.kind == "int":
+            allowed = _is_within(value, self.low, self.high)
+        elif not isinstance(value, (list, tuple)):
+            return "%s must be a list: %s" % (self.name, self.range_text())
+        elif len(value) > self.length:
+            return "%s has %d entries, at most %d fit" % (self.name, len(value), self.length)
+        else:
+            for k in range(len(value)):
+                if not self._is_entry(value[k]):
+                    return "%s[%d] = %s is not allowed: %s" % (self.name, k, value[k], self.range_text())
+            return None
+        if allowed:
+            return None
+        unit = " " + self.unit if self.unit else ""
+        return "%s = %s is not allowed: %s%s" % (self.name, value, self.range_text(), unit)
+
+    def _is_entry(self, entry):
+        if self.kind == "list":
+            return _is_within(entry, self.low, self.high)
+        if not isinstance(entry, (list, tuple)) or len(entry) != len(self.columns):
+            return False
+        return all(_is_within(entry[k], self.columns[k][1], self.columns[k][2]) for k in range(len(entry)))
+
+    def numbers(self, value):
+        """An allowed value as the list of numbers that stands for it on the wire."""
+        if self.kind == "choice":
+            return [self.choices.index(value)]
+        if self.kind == "table":
+            return [number for row in value for number in row]
+        if self.kind == "list":
+            return list(value)
+        return [int(value)]
+
+    def value(self, numbers):
+        """The value of a list of numbers from the wire; None when there are too few or too many."""
+        if self.kind == "list":
+            return list(numbers) if len(numbers) <= self.length else None
+        if self.kind == "table":
+            width = len(self.columns)
+            if len(numbers) % width or len(numbers) > width * self.length:
+                return None
+            return [list(numbers[k : k + width]) for k in range(0, len(numbers), width)]
+        if len(numbers) != 1:
+            return None
+        number = numbers[0]
+        if self.kind == "bool" and 0 <= number <= 1:
+            return bool(number)
+        if self.kind == "choice" and 0 <= number < len(self.choices):
+            return self.choices[number]
+        return number  # out of range, which `reason` tells, or an int
+
+    def most_numbers(self):
+        """How many numbers the longest value of this setting has."""
+        return self.length * max(1, len(self.columns)) if self.length else 1
+
+
+def _is_within(value, low, high):
+    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
+
+
+FIELDS = (
+    Field(1, "width", "int", 320, 80, 1024, "px", "frame width"),
+    Field(2, "height", "int", 240, 60, 1024, "px", "frame height"),
+    Field(3, "focal_q8", "int", 0, 0, 1048575, "1/256 px", "focal length, from 5120 on; 0: not calibrated"),
+    Field(4, "center_x_q8", "int", 0, 0, 262143, "1/256 px", "principal point; 0: middle of the frame"),
+    Field(5, "center_y_q8", "int", 0, 0, 262143, "1/256 px", "principal point; 0: middle of the frame"),
+    Field(6, "k1_e5", "int", 0, -100000, 100000, "1/100000", "radial lens distortion, with r squared"),
+    Field(7, "k2_e5", "int", 0, -100000, 100000, "1/100000", "radial lens distortion, with r to the 4th"),
+    Field(8, "mount_cdeg", "int", 0, 0, 35999, "0.01 deg", "where the image top points, ccw from forward"),
+    Field(9, "mirrored", "bool", False, 0, 1, "", "the sensor shows left and right exchanged"),
+    Field(10, "tilt_forward_cdeg", "int", 0, -3000, 3000, "0.01 deg", "lean of the optical axis, forward"),
+    Field(11, "tilt_left_cdeg", "int", 0, -3000, 3000, "0.01 deg", "lean of the optical axis to the left"),
+    Field(12, "camera_x_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, forward"),
+    Field(13, "camera_y_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, to the left"),
+    Field(14, "camera_z_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, up"),
+    Field(15, "ceiling_mm10", "int", 0, 0, 300000, "0.1 mm", "height of the markers; 0: from their size"),
+    Field(20, "radius_min_px", "int", 10, 5, 400, "px", "smallest outer ring to look for"),
+    Field(21, "radius_max_px", "int", 60, 5, 400, "px", "largest outer ring to look for"),
+    Field(22, "outer_mm10", "int", 1500, 100, 4000, "0.1 mm", "radius of the markers' outer ring"),
+    Field(23, "line_mm10", "int", 0, 0, 1000, "0.1 mm", "width of their lines; 0: 2/15 of the radius"),
+    Field(24, "allowed_ids", "list", (), 0, 254, "", "the only IDs reported; empty: every ID", length=8),
+    Field(25, "allow_id0", "bool", False, 0, 1, "", "also ID 0, the one without a coding line"),
+    Field(26, "tracking", "bool", True, 0, 1, "", "look around the predicted place first"),
+    Field(27, "second_opinion", "bool", True, 0, 1, "", "slower check of a blurred or tiny candidate"),
+    Field(28, "confirm_needed", "int", 1, 1, 10, "frames", "an ID counts when so many frames agree ..."),
+    Field(29, "confirm_frames", "int", 1, 1, 10, "frames", "... of so many"),
+    Field(30, "max_tilt_cdeg", "int", 3500, 0, 6000, "0.01 deg", "ellipses from a larger tilt are refused"),
+    Field(31, "max_speed_mm_s", "int", 500, 0, 5000, "mm/s", "fastest drive, for the motion blur limit"),
+    Field(
+        40,
+        "baud",
+        "choice",
+        115200,
+        0,
+        0,
+        "",
+        "speed of the line, after a restart",
+        choices=(9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600),
+    ),
+    Field(41, "output", "choice", "larics", 0, 0, "", "encoding", choices=("larics", "nmea", "mavlink")),
+    Field(42, "rate_divider", "int", 1, 1, 255, "", "send the measurements of every n-th frame"),
+    Field(43, "mavlink_system", "int", 1, 1, 255, "", "MAVLink system ID"),
+    Field(44, "mavlink_component", "int", 197, 1, 255, "", "MAVLink component ID"),
+    Field(50, "exposure", "choice", "auto", 0, 0, "", "exposure policy", choices=("auto", "fixed")),
+    Field(51, "exposure_us", "int", 5000, 10, 100000, "us", "exposure time when fixed, first one when auto"),
+    Field(52, "exposure_max_us", "int", 33000, 10, 100000, "us", "longest exposure time when auto"),
+    Field(53, "gain_db10", "int", 0, 0, 480, "0.1 dB", "gain when fixed, first one when auto"),
+    Field(54, "gain_max_db10", "int", 240, 0, 480, "0.1 dB", "highest gain when auto"),
+    Field(
+        55, "blur_max_q8", "int", 512, 64, 5120, "1/256 px", "motion blur allowed at max_speed_mm_s when auto"
+    ),
+    Field(56, "target_grey", "int", 110, 20, 235, "", "mean grey aimed at when auto"),
+    Field(60, "route", "list", (), 0, 254, "", "IDs of the markers in the order of driving", length=64),
+    Field(
+        61,
+        "map",
+        "table",
+        (),
+        0,
+        0,
+        "",
+        "where the markers are: ID, place and direction of the orientation line, map frame",
+        length=63,
+        columns=(
+            ("id", 0, 254),
+            ("x_mm", -10000000, 10000000),
+            ("y_mm", -10000000, 10000000),
+            ("heading_cdeg", 0, 35999),
+        ),
+    ),
+)

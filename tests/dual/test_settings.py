@@ -1,0 +1,120 @@
+"""Settings: every limit, conflicts, and the way to and from dicts and the wire."""
+
+from larics import settings as s
+from larics.setting_fields import FIELDS
+
+
+def _refused(changes, *words):
+    settings = s.Settings()
+    before = settings.as_dict()
+    try:
+        settings.update(changes)
+    except ValueError as error:
+        text = str(error)
+        assert "\n" not in text
+        for word in words:
+            assert word in text, (word, text)
+    else:
+        raise AssertionError("%s was accepted" % changes)
+    assert settings.as_dict() == before
+    return text
+
+
+def test_keys_and_names_are_unique():
+    assert len({field.key for field in FIELDS}) == len(FIELDS)
+    assert len({field.name for field in FIELDS}) == len(FIELDS)
+    assert all(1 <= field.key <= 255 for field in FIELDS)
+
+
+def test_defaults_are_valid():
+    settings = s.Settings()
+    values = settings.as_dict()
+    for field in FIELDS:
+        assert s.validate(field.name, values[field.name]) is None
+        assert field.meaning
+    assert s.conflict(values) is None
+    assert s.Settings(values).as_dict() == values
+
+
+def test_limits_of_every_number():
+    for field in FIELDS:
+        if field.kind != "int":
+            continue
+        for value in (field.low, field.high):
+            assert field.reason(value) is None
+        for value in (field.low - 1, field.high + 1, "5", None, True, [1]):
+            assert field.name in field.reason(value)
+
+
+def test_other_kinds():
+    assert s.validate("mirrored", True) is None
+    assert "true or false" in s.validate("mirrored", 1)
+    assert s.validate("baud", 921600) is None
+    assert "9600, 19200" in s.validate("baud", 12345)
+    assert "larics, nmea or mavlink" in s.validate("output", "xml")
+    assert "must be a list" in s.validate("route", 5)
+    assert "route[1] = 300" in s.validate("route", [1, 300])
+    assert "at most 64" in s.validate("route", [1] * 65)
+    assert s.validate("map", [[1, 0, -5000, 9000]]) is None
+    assert "map[0]" in s.validate("map", [[1, 0, 0]])
+    assert "map[1]" in s.validate("map", [[1, 0, 0, 0], [2, 0, 0, 36000]])
+    assert "no setting" in s.validate("colour", 1)
+
+
+def test_conflicts():
+    _refused({"focal_q8": 100}, "focal_q8", "5120")
+    _refused({"radius_min_px": 61}, "radius_max_px = 60")
+    _refused({"radius_min_px": 120, "radius_max_px": 130}, "320x240")
+    _refused({"confirm_needed": 3}, "confirm_frames")
+    _refused({"line_mm10": 600}, "outer_mm10")
+    _refused({"ceiling_mm10": 100, "camera_z_mm10": 100}, "ceiling_mm10")
+    _refused({"allowed_ids": [0, 1]}, "allow_id0")
+    _refused({"map": [[1, 0, 0, 0], [1, 1, 1, 1]]}, "marker 1")
+    _refused({"version": 2}, "version 2")
+    s.Settings({"allowed_ids": [0, 1], "allow_id0": True})
+
+
+def test_update_is_all_or_nothing():
+    _refused({"width": 640, "height": 480, "rate_divider": 0}, "rate_divider")
+
+
+def test_values_are_copied():
+    route = [1, 2]
+    settings = s.Settings({"route": route})
+    route.append(999)
+    settings.as_dict()["route"].append(999)
+    assert settings.route == [1, 2]
+
+
+def test_wire_numbers_round_trip():
+    settings = s.Settings(
+        {"output": "mavlink", "mirrored": True, "route": [3, 1, 2], "map": [[1, -5, 6, 7], [2, 8, 9, 10]]}
+    )
+    for field in FIELDS:
+        value = getattr(settings, field.name)
+        numbers = field.numbers(value)
+        assert len(numbers) <= field.most_numbers()
+        assert field.value(numbers) == value
+    assert s.field("map").numbers(settings.map) == [1, -5, 6, 7, 2, 8, 9, 10]
+    assert s.field("map").value([1, 2, 3]) is None
+    assert s.field("baud").value([1, 2]) is None
+    assert s.field("baud").reason(s.field("baud").value([99])) is not None
+    assert s.field("mirrored").reason(s.field("mirrored").value([2])) is not None
+    assert s.field(41).name == "output" and s.field(200) is None
+
+
+def test_load_keeps_what_is_valid():
+    stored = s.Settings({"radius_min_px": 70, "radius_max_px": 100, "line_mm10": 900, "outer_mm10": 3000})
+    stored = stored.as_dict()
+    settings, reasons = s.load(stored)
+    assert reasons == [] and settings.as_dict() == stored
+    stored["radius_max_px"] = 5
+    stored["colour"] = "red"
+    stored["baud"] = 1
+    settings, reasons = s.load(stored)
+    assert len(reasons) == 4  # both radii, each in conflict with the default of the other
+    assert settings.line_mm10 == 900 and settings.outer_mm10 == 3000
+    assert settings.baud == 115200
+    assert settings.radius_min_px <= settings.radius_max_px
+    assert s.load([1])[1] and s.load([1])[0].as_dict() == s.Settings().as_dict()
+    assert "version 9" in s.load({"version": 9})[1][0]
