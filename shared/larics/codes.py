@@ -85,6 +85,9 @@ ENUMS = (
             ),
             ("FAULT_WATCHDOG", m.FAULT_WATCHDOG, "started by the watchdog"),
             ("FAULT_SAFE_MODE", m.FAULT_SAFE_MODE, "safe mode: three fast resets, or the button"),
+            ("FAULT_CAMERA", m.FAULT_CAMERA, "the camera driver reported an error"),
+            ("FAULT_COMMAND", m.FAULT_COMMAND, "a command ended in an exception"),
+            ("FAULT_LOOP", m.FAULT_LOOP, "exception outside of camera, detection and commands"),
         ),
     ),
 )
