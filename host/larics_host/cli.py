@@ -20,7 +20,9 @@ import sys
 from larics import __version__
 from larics_host.errors import UserError
 
-COMMANDS = ()
+COMMANDS = (
+    "marker",
+)
 
 EXIT_BAD_INPUT = 2
 EXIT_INTERRUPTED = 130

@@ -1,0 +1,66 @@
+"""Print-ready markers, true to scale: PDF (tiled over A4 or A3), SVG and PNG."""
+
+from pathlib import Path
+
+from larics_host.errors import UserError
+from larics_host.printing import layout
+
+FORMATS = (".pdf", ".svg", ".png")
+
+
+def _numbered(path, marker_id):
+    """The file of one of several IDs: marker.svg -> marker-3.svg."""
+    return path.with_name("%s-%d%s" % (path.stem, marker_id, path.suffix))
+
+
+def _rendered(family, marker_ids, path, paper, dpi):
+    """(path, bytes) of each file."""
+    # imported here so that an SVG needs no PDF library
+    kind = path.suffix.lower()
+    if kind == ".pdf":
+        from larics_host.printing.pdf import pdf_bytes
+
+        sheets = []
+        for marker_id in marker_ids:
+            if paper == "plate":
+                sheets.append(layout.plate_sheet(family, marker_id))
+            else:
+                sheets += layout.paper_sheets(family, marker_id, paper)
+        title = "LARICS-3 ID " + ", ".join(str(marker_id) for marker_id in marker_ids)
+        yield path, pdf_bytes(sheets, title)
+        return
+    for marker_id in marker_ids:
+        sheet = layout.plate_sheet(family, marker_id)
+        target = path if len(marker_ids) == 1 else _numbered(path, marker_id)
+        if kind == ".svg":
+            from larics_host.printing.svg import svg_bytes
+
+            yield target, svg_bytes(sheet, layout.describe(family, marker_id))
+        else:
+            from larics_host.printing.png import png_bytes
+
+            yield target, png_bytes(sheet, dpi)
+
+
+def write_markers(family, marker_ids, path, paper="a4", dpi=300):
+    """Writes markers to `path`, whose extension says the format; returns the paths written.
+
+    PDF: all IDs in one file, on `paper` a4 or a3 (in tiles where larger) or plate (one page each).
+    SVG and PNG: one file per ID, with the ID as suffix when there are several.
+    Raises UserError for an unknown format or ID and when a file cannot be written.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise UserError("cannot tell the format of %s: use one of %s" % (path, ", ".join(FORMATS)))
+    for marker_id in marker_ids:
+        if marker_id not in family.ids():
+            hint = "" if family.allow_id0 else " (0 with --allow-id0)"
+            raise UserError("unknown marker ID %d: use %d to 7%s" % (marker_id, family.ids()[0], hint))
+    written = []
+    for target, data in _rendered(family, marker_ids, path, paper, dpi):
+        try:
+            target.write_bytes(data)
+        except OSError as error:
+            raise UserError("cannot write %s: %s" % (target, error.strerror)) from error
+        written.append(target)
+    return written
