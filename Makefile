@@ -28,6 +28,9 @@ lint: $(READY)  ## style and import rules
 	$(BIN)/ruff check .
 	$(BIN)/python tools/check_rules.py
 
+bench: $(READY)  ## quality, stresses, time and instructions beside the peers (FRAMES=2000 for figures)
+	$(BIN)/python tools/bench.py --frames $(or $(FRAMES),100) $(BENCH)
+
 mpy: $(READY)  ## compile shared/ and firmware/ for the boards and report sizes
 	$(BIN)/python tools/build_mpy.py
 

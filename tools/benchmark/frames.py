@@ -57,9 +57,7 @@ class Cache:
             for row in rows:
                 truths[int(row[0])].append(Truth(int(row[1]), *map(float, row[2:])))
             return list(zip(frames, truths, strict=True))
-        block = [
-            render(preset, seed, start + i, target, radius_px, overrides) for i in range(count)
-        ]
+        block = [render(preset, seed, start + i, target, radius_px, overrides) for i in range(count)]
         rows = [(i, *truth) for i, (_, truths) in enumerate(block) for truth in truths]
         partial = path.with_name("%s.%d.part.npz" % (name, os.getpid()))
         np.savez(

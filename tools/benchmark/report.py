@@ -1,4 +1,6 @@
-"""Tables as text."""
+"""The bench's tables as text."""
+
+from . import methods
 
 _COLUMNS = (
     # title, width, how a row is printed
@@ -30,3 +32,82 @@ def heading(first):
 def line(label, row):
     """One row of `Tally.row()` as text."""
     return label.ljust(_LABEL) + "".join(text(row).rjust(width) for _, width, text in _COLUMNS)
+
+
+def quality(results):
+    """{preset: {method: row}} as a table."""
+    lines = [heading("preset / method (errors: px, deg)")]
+    for preset, rows in results.items():
+        lines.extend(line("%s  %s" % (preset, methods.label(name)), row) for name, row in rows.items())
+        lines.append("")
+    return "\n".join(lines)
+
+
+def sweep(title, axis, values, rows_of):
+    """Three small tables side by side in one: detected %, wrong IDs and centre error for each value."""
+    lines = ["%s (%s): detected %% / wrong IDs / centre median, p95 px" % (title, axis)]
+    lines.append(" " * 22 + "".join(("%g" % value).rjust(20) for value in values))
+    for name, rows in rows_of.items():
+        cells = [
+            "%s/%d/%s"
+            % (
+                _number(row["detected_pct"], "%.0f"),
+                row["wrong"],
+                "-"
+                if row["centre_median_px"] is None
+                else "%.3f,%.3f" % (row["centre_median_px"], row["centre_p95_px"]),
+            )
+            for row in rows
+        ]
+        lines.append(methods.label(name).ljust(22) + "".join(cell.rjust(20) for cell in cells))
+    return "\n".join(lines)
+
+
+def risk(rows, order):
+    """(lower edge, detections, wrong) by margin as a table."""
+    lines = ["margin from  detections   wrong  wrong %"]
+    for low, total, wrong in rows:
+        share = "-" if not total else "%.3f" % (100 * wrong / total)
+        lines.append("%11d %11d %7d %8s" % (low, total, wrong, share))
+    if order is not None:
+        lines.append("a wrong ID has a smaller margin than a right one in %.1f %% of pairs" % (100 * order))
+    return "\n".join(lines)
+
+
+def times(by_method):
+    """{method: (ms, ratio)} as a table."""
+    lines = ["method".ljust(28) + "ms a frame".rjust(12) + "ratio".rjust(9)]
+    for name, (milliseconds, ratio) in by_method.items():
+        lines.append(methods.label(name).ljust(28) + "%12.3f%9.2f" % (milliseconds, ratio))
+    return "\n".join(lines)
+
+
+def cost(by_job):
+    """{job: interpreter.measure()} as a table."""
+    lines = ["job".ljust(34) + "unit   frames  found     mean   median      max    memory"]
+    for job, row in by_job.items():
+        counts = "%-34s%-6s%7d%7d" % (job, row["unit"], row["frames"], row["found"])
+        lines.append(counts + "%9.3f%9.3f%9.3f%10d" % (row["mean"], row["median"], row["max"], row["memory"]))
+    return "\n".join(lines)
+
+
+def comparison(before, after, path=""):
+    """Every number that two result files share and that differs, as lines `path: before -> after`."""
+    if isinstance(before, dict) and isinstance(after, dict):
+        lines = []
+        for key in before:
+            if key in after:
+                lines.extend(comparison(before[key], after[key], "%s / %s" % (path, key) if path else key))
+        return lines
+    if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        lines = []
+        for i, (old, new) in enumerate(zip(before, after, strict=True)):
+            lines.extend(comparison(old, new, "%s[%d]" % (path, i)))
+        return lines
+    if before == after or isinstance(before, str):
+        return []
+    return ["%s: %s -> %s" % (path, _short(before), _short(after))]
+
+
+def _short(value):
+    return "%.4g" % value if isinstance(value, float) else str(value)

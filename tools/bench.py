@@ -1,0 +1,173 @@
+"""The bench: quality, stresses, risk, time and instructions of our method beside its peers, in one run.
+
+    make bench                                      # some minutes on two cores
+    make bench FRAMES=2000                          # for figures that are published
+    make bench BENCH="--only quality,time"
+    make bench MICROPYTHON=/path/to/emulator        # also counts instructions, see benchmark/interpreter.py
+    python tools/bench.py --compare build/bench/results.json older.json
+
+Every method sees the same scenes with its own tag of equal footprint. Writes report.txt, results.json and
+the plots to build/bench. FRAMES is the number of frames a preset; a point of a sweep takes a quarter.
+"""
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, scoring, timing
+from rich.progress import Progress
+
+PARTS = ("quality", "sweeps", "risk", "time", "micropython")
+
+
+def arguments(words=None):
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--frames", type=int, default=100, help="frames a preset (default %(default)s)")
+    parser.add_argument("--seed", type=int, default=plan.FRESH_SEED)
+    parser.add_argument("--only", default=",".join(PARTS), help="parts to run, of " + ",".join(PARTS))
+    parser.add_argument("--methods", help="only these of: " + ",".join(methods.METHODS))
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
+    parser.add_argument("--output", type=Path, default=interpreter.ROOT / "build" / "bench")
+    parser.add_argument("--compare", nargs=2, metavar="JSON", help="print where two result files differ")
+    return parser.parse_args(words)
+
+
+class Bench:
+    """One run: its options, its results, and the report as it grows."""
+
+    def __init__(self, options):
+        self.options = options
+        self.results = {"frames": options.frames, "seed": options.seed}
+        self.sections = []
+        self.margins = []
+        options.output.mkdir(parents=True, exist_ok=True)
+
+    def names(self, wanted):
+        """The methods of `wanted` that are to take part."""
+        chosen = self.options.methods.split(",") if self.options.methods else list(methods.METHODS)
+        return [name for name in wanted if name in chosen]
+
+    def section(self, title, text):
+        self.sections.append("%s\n%s\n\n%s\n" % (title, "=" * len(title), text))
+        print("\n" + self.sections[-1], flush=True)
+        (self.options.output / "report.txt").write_text("\n".join(self.sections), encoding="utf-8")
+        (self.options.output / "results.json").write_text(json.dumps(self.results, indent=1) + "\n")
+
+    def evaluate(self, todo, text):
+        """Runs jobs with a progress bar."""
+        with Progress(transient=True, disable=not sys.stderr.isatty()) as progress:
+            bar = progress.add_task(text, total=sum(job.count for job in todo))
+            done = evaluate.run_all(
+                todo, self.options.jobs, lambda count: progress.update(bar, advance=count)
+            )
+        for tallies in done.values():
+            for name, tally in tallies.items():
+                if name == "larics":
+                    self.margins.extend(tally.margins)
+        return done
+
+    def quality(self):
+        names = self.names(plan.QUALITY_METHODS)
+        presets = [*plan.presets(), *plan.NEGATIVES]
+        todo = []
+        for preset in presets:
+            count = self.options.frames * (3 if preset in plan.NEGATIVES else 1)
+            todo += evaluate.jobs(preset, preset, self.options.seed, count, plan.RADIUS_PX, {}, names)
+        done = self.evaluate(todo, "quality")
+        rows = {preset: {name: done[preset][name].row() for name in names} for preset in presets}
+        self.results["quality"] = rows
+        plots.quality({p: rows[p] for p in plan.presets()}, self.options.output / "quality.png")
+        self.section("Quality by preset, R = %g px" % plan.RADIUS_PX, report.quality(rows))
+
+    def sweeps(self):
+        names = self.names(plan.SWEPT_METHODS)
+        count = max(1, self.options.frames // 4)
+        todo = []
+        for key, sweep in plan.SWEEPS.items():
+            for value in sweep.values:
+                radius, overrides = plan.RADIUS_PX, {sweep.override: value}
+                if sweep.override == "radius_px":
+                    radius, overrides = float(value), {}
+                seed = self.options.seed + 1
+                todo += evaluate.jobs((key, value), sweep.preset, seed, count, radius, overrides, names)
+        done = self.evaluate(todo, "sweeps")
+        self.results["sweeps"] = {}
+        for key, sweep in plan.SWEEPS.items():
+            rows_of = {name: [done[key, value][name].row() for value in sweep.values] for name in names}
+            self.results["sweeps"][key] = {"values": sweep.values, "methods": rows_of}
+            path = self.options.output / ("sweep_%s.png" % key)
+            plots.sweep(sweep.title, sweep.axis, sweep.values, rows_of, path)
+            self.section(
+                "%s, %d frames a point" % (sweep.title, count),
+                report.sweep(sweep.title, sweep.axis, sweep.values, rows_of),
+            )
+
+    def risk(self):
+        """Over every detection of ours so far, and harsh frames besides."""
+        count = 4 * self.options.frames
+        seed = self.options.seed + 2
+        self.evaluate(evaluate.jobs("risk", "harsh", seed, count, plan.RADIUS_PX, {}, ["larics"]), "risk")
+        rows = scoring.risk_by_margin(self.margins, range(0, 257, 16))
+        order = scoring.ordering(self.margins)
+        self.results["risk"] = {"bins": rows, "ordering": order}
+        plots.risk(rows, order, self.options.output / "risk.png")
+        self.section("Wrong IDs by margin", report.risk(rows, order))
+
+    def time(self):
+        names = self.names(plan.TIMED_METHODS)
+        count = max(10, self.options.frames // 2)
+        with Progress(transient=True, disable=not sys.stderr.isatty()) as progress:
+            bar = progress.add_task("time", total=count)
+            by_method = timing.host_times(
+                names, "sunny", self.options.seed + 3, count, plan.RADIUS_PX,
+                lambda done: progress.update(bar, advance=done),
+            )  # fmt: skip
+        self.results["host_time"] = by_method
+        plots.times(by_method, self.options.output / "time.png")
+        text = report.times(by_method)
+        self.section("Time a frame on this host, %dx%d, one thread" % (frames.WIDTH, frames.HEIGHT), text)
+
+    def micropython(self):
+        """Cost on the pinned unix interpreter, and on the one given when that is another."""
+        own = interpreter.command(str(Path(sys.executable).with_name("micropython")))
+        given = interpreter.command(os.environ.get("MICROPYTHON", "")) or own
+        count = min(60, max(12, self.options.frames // 4))
+        paths = interpreter.write_frames(
+            self.options.output / "frames", plan.presets(), self.options.seed + 4, count, plan.RADIUS_PX
+        )
+        self.results["micropython"] = {}
+        for kind, command in (("unix", own), ("given", given)):
+            if kind == "given" and given == own:
+                continue
+            costs = {job: interpreter.measure(command, paths, span) for job, span in plan.SEARCHES.items()}
+            self.results["micropython"][kind] = costs
+            unit = "million instructions" if next(iter(costs.values()))["unit"] == "Minsn" else "milliseconds"
+            self.section("A frame on MicroPython (%s), %s" % (kind, unit), report.cost(costs))
+
+
+def main():
+    options = arguments()
+    if options.compare:
+        before, after = (json.loads(Path(path).read_text()) for path in options.compare)
+        print("\n".join(report.comparison(before, after)) or "no difference")
+        return
+    parts = options.only.split(",")
+    unknown = set(parts) - set(PARTS)
+    if unknown:
+        sys.exit("bench: unknown part %s; use %s" % (unknown.pop(), ", ".join(PARTS)))
+    started = time.monotonic()
+    bench = Bench(options)
+    for part in PARTS:
+        if part in parts:
+            getattr(bench, part)()
+    elapsed = time.monotonic() - started
+    print("bench: %.0f s; tables, plots and results.json in %s" % (elapsed, options.output))
+
+
+if __name__ == "__main__":
+    main()

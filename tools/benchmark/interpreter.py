@@ -1,0 +1,94 @@
+"""Cost of a frame on a MicroPython interpreter: time, or executed instructions on a counting emulator.
+
+Contract of a counting emulator: it takes a script and its arguments like MicroPython's unix binary, reads
+the host's files, honours MICROPYPATH, and its time.ticks_us counts thousands of executed instructions.
+MicroPython's QEMU port under `-icount shift=0` does (an instruction is a virtual nanosecond). It is
+recognised by its platform name and by a loop of known length.
+"""
+
+import os
+import shlex
+import subprocess
+from pathlib import Path
+
+import numpy as np
+
+from . import frames
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = Path(__file__).with_name("on_interpreter.py")
+_TURNS = 10000
+_LOOP_INSTRUCTIONS = (9, 13)  # a turn of viper's `while i < n: i += 1` on Thumb takes 11
+
+
+def write_frames(folder, presets, seed, count, radius_px):
+    """Draws `count` frames, the presets in turns, as raw files; returns (paths, truths)."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths, truths = [], []
+    for index in range(count):
+        frame, truth = frames.render(presets[index % len(presets)], seed, index, "larics", radius_px, {})
+        path = folder / ("frame-%03d.raw" % index)
+        path.write_bytes(frame.tobytes())
+        paths.append(path)
+        truths.append(truth)
+    return paths, truths
+
+
+def parse(text):
+    """What on_interpreter.py printed -> dictionary: platform, loop, memory, frames (ticks, found, ID)."""
+    result = {"frames": []}
+    for line in text.splitlines():
+        key, *words = line.split()
+        if key == "frame":
+            number = None if words[2] == "-" else int(words[2])
+            result["frames"].append((int(words[0]), int(words[1]), number))
+        elif key == "loop":
+            result["loop"] = [int(word) for word in words]
+        elif key == "memory":
+            result["memory"] = int(words[0])
+        elif key == "platform":
+            result["platform"] = words[0]
+    return result
+
+
+def counts_instructions(result):
+    """Whether ticks were thousands of instructions and not microseconds."""
+    return result["platform"] == "qemu" and all(
+        _LOOP_INSTRUCTIONS[0] <= ticks * 1000 / _TURNS <= _LOOP_INSTRUCTIONS[1] for ticks in result["loop"]
+    )
+
+
+def command(text):
+    """$MICROPYTHON as a command line: a path, from the repository's root when relative, and arguments."""
+    words = shlex.split(text)
+    if words and (ROOT / words[0]).is_file():
+        words[0] = str(ROOT / words[0])
+    return words
+
+
+def measure(interpreter, paths, radius_range):
+    """Runs the detector over raw frames on an interpreter; returns a summary or raises RuntimeError.
+
+    mean, median and max are milliseconds, or million instructions when `unit` says so."""
+    words = [*interpreter, SCRIPT, *radius_range, frames.WIDTH, frames.HEIGHT, *paths]
+    environment = dict(os.environ, MICROPYPATH="shared:.frozen")
+    done = subprocess.run(
+        [str(word) for word in words], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=1800
+    )
+    if done.returncode:
+        raise RuntimeError(
+            "%s failed: %s" % (" ".join(interpreter), (done.stdout + done.stderr).strip()[-500:])
+        )
+    result = parse(done.stdout)
+    cost = np.array([ticks for ticks, _, _ in result["frames"]]) / 1000.0
+    return {
+        "unit": "Minsn" if counts_instructions(result) else "ms",
+        "frames": len(cost),
+        "mean": float(cost.mean()),
+        "median": float(np.median(cost)),
+        "max": float(cost.max()),
+        "memory": result["memory"],
+        "found": sum(found > 0 for _, found, _ in result["frames"]),
+        "ids": [number for _, _, number in result["frames"]],
+    }

@@ -1,0 +1,49 @@
+"""Runs on MicroPython: ticks of each call of `Detector.detect` over frames in a folder.
+
+    micropython on_interpreter.py RADIUS_MIN RADIUS_MAX WIDTH HEIGHT FRAME.raw...
+
+Prints `key value...` lines: `loop` (two measurements of 10,000 empty viper turns, to tell an
+instruction counter from a clock), `memory` (bytes of the detector's buffers), one `frame` a file: ticks,
+number of detections, first ID.
+"""
+
+import gc
+import sys
+import time
+
+import micropython
+from larics.detector import Detector
+
+TURNS = 10000
+
+
+@micropython.viper
+def _turns(count: int):
+    i = 0
+    while i < count:
+        i += 1
+
+
+def _ticks(function, argument):
+    gc.collect()
+    start = time.ticks_us()
+    result = function(argument)
+    return time.ticks_diff(time.ticks_us(), start), result
+
+
+def main(low, high, width, height, names):
+    print("platform", sys.platform)
+    print("loop", _ticks(_turns, TURNS)[0], _ticks(_turns, TURNS)[0])
+    detector = Detector(width, height, radius_min_px=low, radius_max_px=high)
+    print("memory", detector.memory())
+    frame = bytearray(width * height)
+    for i, name in enumerate(names):
+        with open(name, "rb") as file:
+            file.readinto(frame)
+        if i == 0:
+            detector.detect(frame)  # what happens once is not the cost of a frame
+        ticks, found = _ticks(detector.detect, frame)
+        print("frame", ticks, len(found), found[0].marker_id if found else "-")
+
+
+main(*[int(word) for word in sys.argv[1:5]], sys.argv[5:])
