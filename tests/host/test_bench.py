@@ -1,9 +1,10 @@
-"""The bench's own logic: matching, counting, statistics, reading a run on MicroPython."""
+"""The bench's own logic: matching, counting, statistics, tags, runs on MicroPython."""
 
+import cv2
 import numpy as np
 import pytest
 
-from tools.benchmark import evaluate, frames, methods, scoring
+from tools.benchmark import evaluate, frames, interpreter, methods, report, scoring
 from tools.benchmark.scoring import Found, Tally, Truth
 
 TRUTH = Truth(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
@@ -97,3 +98,33 @@ def test_a_known_radius_is_known_within_fifteen_per_cent():
     assert methods.radius_range(30.0) == (25, 35)
     low, high = methods.radius_range(10.0)
     assert low <= 8.5 and high >= 11.5
+
+
+@pytest.mark.parametrize(
+    "name, dictionary", [("aruco_subpix", cv2.aruco.DICT_4X4_50), ("apriltag", cv2.aruco.DICT_APRILTAG_36h11)]
+)
+def test_a_tag_as_rendered_is_reported_in_our_conventions(name, dictionary):
+    tag = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(dictionary), 5, 64)
+    frame = np.full((frames.HEIGHT, frames.WIDTH), 255, np.uint8)
+    frame[100:164, 150:214] = tag
+    turn = cv2.getRotationMatrix2D((181.5, 131.5), 30, 1)  # counterclockwise as seen
+    frame = cv2.warpAffine(frame, turn, (frames.WIDTH, frames.HEIGHT), borderValue=255)
+    (seen,) = methods.make(name, frames.WIDTH, frames.HEIGHT, 30.0)(frame)
+    assert seen.marker_id == 5
+    assert np.hypot(seen.x_px - 181.5, seen.y_px - 131.5) < 0.2
+    assert scoring.heading_error(seen.heading_deg, 30.0) < 0.5
+
+
+def test_an_instruction_counter_is_told_from_a_clock():
+    text = "platform %s\nloop %d %d\nmemory 60000\nframe 1300 1 5\nframe 900 0 -\n"
+    counted = interpreter.parse(text % ("qemu", 110, 110))
+    assert interpreter.counts_instructions(counted)
+    assert counted["frames"] == [(1300, 1, 5), (900, 0, None)] and counted["memory"] == 60000
+    assert not interpreter.counts_instructions(interpreter.parse(text % ("linux", 110, 110)))
+    assert not interpreter.counts_instructions(interpreter.parse(text % ("qemu", 30, 110)))
+
+
+def test_comparison_lists_what_changed():
+    before = {"a": {"rate": 99.0, "n": 5}, "list": [1, 2], "gone": 1}
+    after = {"a": {"rate": 98.5, "n": 5}, "list": [1, 3]}
+    assert report.comparison(before, after) == ["a / rate: 99 -> 98.5", "list[1]: 2 -> 3"]

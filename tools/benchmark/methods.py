@@ -29,7 +29,7 @@ def _quad_pose(corners):
     x, y = h[0, 2] / h[2, 2], h[1, 2] / h[2, 2]
     dx = (h[0, 0] - x * h[2, 0]) / h[2, 2]
     dy = (h[1, 0] - y * h[2, 0]) / h[2, 2]
-    return x, y, math.degrees(math.atan2(-dy, dx)) % 360.0
+    return float(x), float(y), math.degrees(math.atan2(-dy, dx)) % 360.0
 
 
 class Larics:
@@ -85,9 +85,10 @@ class AprilTag:
         self.detector = pupil_apriltags.Detector(families="tag36h11", nthreads=1, quad_decimate=decimate)
 
     def __call__(self, frame):
-        # its pixel centres lie at half integers; its corners run from the lower left against the clock
+        # its pixel centres lie at half integers; its corners run the other way round, and what it calls
+        # the upper left corner is the lower right one of cv2.aruco's bitmaps, which are drawn here
         return [
-            Found(int(tag.tag_id), *_quad_pose(tag.corners[::-1] - 0.5))
+            Found(int(tag.tag_id), *_quad_pose(np.roll(tag.corners[::-1], 2, axis=0) - 0.5))
             for tag in self.detector.detect(frame)
         ]
 
