@@ -127,6 +127,7 @@ FIELDS = (
     Field(13, "camera_y_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, to the left"),
     Field(14, "camera_z_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, up"),
     Field(15, "ceiling_mm10", "int", 0, 0, 300000, "0.1 mm", "height of the markers; 0: from their size"),
+    Field(19, "method", "choice", "larics", 0, 0, "", "how markers are found", choices=("larics", "paper")),
     Field(20, "radius_min_px", "int", 10, 5, 400, "px", "smallest outer ring to look for"),
     Field(21, "radius_max_px", "int", 60, 5, 400, "px", "largest outer ring to look for"),
     Field(22, "outer_mm10", "int", 1500, 100, 4000, "0.1 mm", "radius of the markers' outer ring"),
