@@ -144,7 +144,7 @@ class Bench:
         for kind, command in (("unix", own), ("given", given)):
             if kind == "given" and given == own:
                 continue
-            costs = {job: interpreter.measure(command, paths, span) for job, span in plan.SEARCHES.items()}
+            costs = {job: interpreter.measure(command, paths, *what) for job, what in plan.SEARCHES.items()}
             self.results["micropython"][kind] = costs
             unit = "million instructions" if next(iter(costs.values()))["unit"] == "Minsn" else "milliseconds"
             self.section("A frame on MicroPython (%s), %s" % (kind, unit), report.cost(costs))

@@ -67,11 +67,11 @@ def command(text):
     return words
 
 
-def measure(interpreter, paths, radius_range):
-    """Runs the detector over raw frames on an interpreter; returns a summary or raises RuntimeError.
+def measure(interpreter, paths, method, radius_range):
+    """Runs a method over raw frames on an interpreter; returns a summary or raises RuntimeError.
 
     mean, median and max are milliseconds, or million instructions when `unit` says so."""
-    words = [*interpreter, SCRIPT, *radius_range, frames.WIDTH, frames.HEIGHT, *paths]
+    words = [*interpreter, SCRIPT, method, *radius_range, frames.WIDTH, frames.HEIGHT, *paths]
     environment = dict(os.environ, MICROPYPATH="shared:.frozen")
     done = subprocess.run(
         [str(word) for word in words], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=1800
@@ -88,7 +88,7 @@ def measure(interpreter, paths, radius_range):
         "mean": float(cost.mean()),
         "median": float(np.median(cost)),
         "max": float(cost.max()),
-        "memory": result["memory"],
+        "memory": result.get("memory"),
         "found": sum(found > 0 for _, found, _ in result["frames"]),
         "ids": [number for _, _, number in result["frames"]],
     }

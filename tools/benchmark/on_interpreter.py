@@ -1,6 +1,6 @@
-"""Runs on MicroPython: ticks of each call of `Detector.detect` over frames in a folder.
+"""Runs on MicroPython: ticks of each call of `detect` over frames in files.
 
-    micropython on_interpreter.py RADIUS_MIN RADIUS_MAX WIDTH HEIGHT FRAME.raw...
+    micropython on_interpreter.py larics|paper RADIUS_MIN RADIUS_MAX WIDTH HEIGHT FRAME.raw...
 
 Prints `key value...` lines: `loop` (two measurements of 10,000 empty viper turns, to tell an
 instruction counter from a clock), `memory` (bytes of the detector's buffers), one `frame` a file: ticks,
@@ -12,7 +12,6 @@ import sys
 import time
 
 import micropython
-from larics.detector import Detector
 
 TURNS = 10000
 
@@ -31,11 +30,22 @@ def _ticks(function, argument):
     return time.ticks_diff(time.ticks_us(), start), result
 
 
-def main(low, high, width, height, names):
+def _make(method, low, high, width, height):
+    if method == "paper":
+        from larics.paper import PaperDetector
+
+        return PaperDetector(width, height, radius_min_px=low, radius_max_px=high)
+    from larics.detector import Detector
+
+    return Detector(width, height, radius_min_px=low, radius_max_px=high)
+
+
+def main(method, low, high, width, height, names):
     print("platform", sys.platform)
     print("loop", _ticks(_turns, TURNS)[0], _ticks(_turns, TURNS)[0])
-    detector = Detector(width, height, radius_min_px=low, radius_max_px=high)
-    print("memory", detector.memory())
+    detector = _make(method, low, high, width, height)
+    if method == "larics":
+        print("memory", detector.memory())
     frame = bytearray(width * height)
     for i, name in enumerate(names):
         with open(name, "rb") as file:
@@ -46,4 +56,4 @@ def main(low, high, width, height, names):
         print("frame", ticks, len(found), found[0].marker_id if found else "-")
 
 
-main(*[int(word) for word in sys.argv[1:5]], sys.argv[5:])
+main(sys.argv[1], *[int(word) for word in sys.argv[2:6]], sys.argv[6:])

@@ -10,8 +10,12 @@ TIMED_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "aprilt
 SWEPT_METHODS = ("larics", "larics_sharp", "paper", "aruco_subpix", "apriltag")
 NEGATIVES = ("negative", "photographs")
 
-# ranges of radius that the cost of a frame is measured for
-SEARCHES = {"search, radius known": (25, 35), "search, radius 10 to 66 px": (10, 66)}
+# what the cost of a frame is measured for on MicroPython: method, range of radius
+SEARCHES = {
+    "search, radius known": ("larics", (25, 35)),
+    "search, radius 10 to 66 px": ("larics", (10, 66)),
+    "published decoder, radius known": ("paper", (25, 35)),
+}
 
 
 class Sweep(NamedTuple):

@@ -87,7 +87,9 @@ def cost(by_job):
     lines = ["job".ljust(34) + "unit   frames  found     mean   median      max    memory"]
     for job, row in by_job.items():
         counts = "%-34s%-6s%7d%7d" % (job, row["unit"], row["frames"], row["found"])
-        lines.append(counts + "%9.3f%9.3f%9.3f%10d" % (row["mean"], row["median"], row["max"], row["memory"]))
+        lines.append(
+            counts + "%9.3f%9.3f%9.3f%10s" % (row["mean"], row["median"], row["max"], row["memory"] or "-")
+        )
     return "\n".join(lines)
 
 
