@@ -84,7 +84,7 @@ class Replay:
         self._rounds = rounds
         self.width, self.height = width, height
         self._clock = clock
-        self._exposure_us, self._gain_db10 = 1000, 0
+        self._exposure_us, self._gain_cdb = 1000, 0
         self._source = None
 
     def start(self):
@@ -138,10 +138,10 @@ class Replay:
             self._exposure_us = us  # a recording cannot be exposed again; the value is only reported
         return self._exposure_us
 
-    def gain(self, db10=None):
-        if db10 is not None:
-            self._gain_db10 = db10
-        return self._gain_db10
+    def gain(self, cdb=None):
+        if cdb is not None:
+            self._gain_cdb = cdb
+        return self._gain_cdb
 
     def window(self, x, y, w, h):
         raise CameraError("a recording cannot be windowed; record it with the window")

@@ -46,25 +46,70 @@ def test_bytes_keep_their_order_over_many_turns_of_the_ring():
     expected = b""
     for number in range(200):
         data = message(number, 1 + number * 7 % 40)
-        while not link.send(data, len(data)):
+        while link.free() < len(data):
             link.pump()
+        assert link.send(data, len(data))
         expected += data
     while link.free() < 100:
         assert link.pump()
     assert bytes(uart.sent) == expected
-    assert link.sent_bytes == len(expected)
+    assert link.sent_bytes == len(expected) and link.dropped == 0
 
 
-def test_a_message_that_does_not_fit_is_dropped_whole():
+def test_the_newest_message_replaces_those_that_wait():
     uart = Uart()
-    link = Link(uart, ignore, 50)
-    assert link.send(message(1, 30), 30)
-    assert not link.send(message(2, 30), 30)
-    assert link.send(message(3, 20), 20)
-    assert link.dropped == 1 and link.free() == 0
-    while link.free() < 50:
-        link.pump()
-    assert bytes(uart.sent) == message(1, 30) + message(3, 20)
+    link = Link(uart, ignore, 100)
+    for number in range(3):
+        link.send(message(number, 30), 30)
+    assert link.send(message(9, 30), 30)
+    assert link.dropped == 3
+    link.pump()
+    assert bytes(uart.sent) == message(9, 30)
+
+
+def test_a_message_that_is_already_on_the_line_is_finished():
+    uart = Uart(room=10)
+    link = Link(uart, ignore, 100)
+    for number in range(3):
+        link.send(message(number, 30), 30)
+    uart.write = one_call(uart)
+    link.pump()
+    del uart.write
+    assert bytes(uart.sent) == message(0, 30)[:10]
+    assert link.send(message(9, 60), 60)
+    assert link.dropped == 2
+    uart.room = 1000
+    link.pump()
+    assert bytes(uart.sent) == message(0, 30) + message(9, 60)
+
+
+def one_call(uart):
+    """A write that takes `room` bytes once and then nothing."""
+    real = uart.write
+    calls = []
+
+    def write(buffer, offset, count):
+        calls.append(count)
+        return real(buffer, offset, count) if len(calls) == 1 else None
+
+    return write
+
+
+def test_many_small_messages_are_bounded_too():
+    uart = Uart(room=0)
+    link = Link(uart, ignore, 1000)
+    for number in range(33):
+        assert link.send(bytes([number]), 1)
+    assert link.dropped == 32
+    uart.room = 1000
+    link.pump()
+    assert bytes(uart.sent) == bytes([32])
+
+
+def test_a_message_longer_than_the_ring_is_refused():
+    link = Link(Uart(), ignore, 50)
+    assert not link.send(message(2, 51), 51)
+    assert link.dropped == 1
 
 
 def test_only_the_given_count_is_sent():
@@ -80,11 +125,11 @@ def test_none_and_short_writes_lose_nothing():
     link = Link(uart, ignore, 100)
     data = message(5, 60)
     link.send(data, 60)
-    assert link.pump() and link.sent_bytes == 0 and link.short_writes == 1
+    assert link.pump() and link.sent_bytes == 0 and link.stalled
     uart.room = 25
     assert link.pump() and link.sent_bytes == 25
     uart.room = 1000
-    assert link.pump()
+    assert link.pump() and not link.stalled
     assert bytes(uart.sent) == data
 
 
@@ -93,9 +138,9 @@ def test_a_failing_uart_is_counted_and_the_bytes_wait():
     link = Link(uart, ignore, 100)
     link.send(message(5, 60), 60)
     uart.broken = True
-    assert not link.pump() and not link.poll() and link.failures == 2
+    assert not link.pump() and not link.poll() and link.failed
     uart.broken = False
-    assert link.pump()
+    assert link.pump() and not link.failed
     assert bytes(uart.sent) == message(5, 60)
 
 

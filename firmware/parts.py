@@ -1,0 +1,51 @@
+"""Makes the parts of the program from the settings."""
+
+from larics.camera import Camera
+
+
+def make_detector(settings):
+    """The detector that the settings ask for. ValueError when its ranges do not suit it, MemoryError."""
+    if settings.method == "paper":
+        from larics.paper import PaperDetector
+
+        return PaperDetector(
+            settings.width, settings.height, settings.radius_min_px, settings.radius_max_px
+        )
+    from larics.detector import Detector
+
+    return Detector(
+        settings.width,
+        settings.height,
+        radius_min_px=settings.radius_min_px,
+        radius_max_px=settings.radius_max_px,
+    )
+
+
+def make_locator(settings):
+    """The calibrated camera; without a calibration one of about 50 degrees, of which only the headings and
+    IDs mean something. ValueError when the values are no camera."""
+    if not settings.focal_q8:
+        return Camera(
+            settings.width,
+            settings.height,
+            256 * max(settings.width, settings.height),
+            mount_cdeg=settings.mount_cdeg,
+            mirrored=settings.mirrored,
+        )
+    return Camera(
+        settings.width,
+        settings.height,
+        settings.focal_q8,
+        center_x_q8=settings.center_x_q8 or None,
+        center_y_q8=settings.center_y_q8 or None,
+        k1_e5=settings.k1_e5,
+        k2_e5=settings.k2_e5,
+        mount_cdeg=settings.mount_cdeg,
+        mirrored=settings.mirrored,
+        tilt_forward_cdeg=settings.tilt_forward_cdeg,
+        tilt_left_cdeg=settings.tilt_left_cdeg,
+        camera_x_mm10=settings.camera_x_mm10,
+        camera_y_mm10=settings.camera_y_mm10,
+        camera_z_mm10=settings.camera_z_mm10,
+        ceiling_mm10=settings.ceiling_mm10,
+    )
