@@ -1,1 +1,14 @@
-"""The frame renderer: a pin-hole camera in 3-D under a ceiling with markers."""
+"""The frame renderer: a pin-hole camera in 3-D under a ceiling with markers.
+
+    render_frame(preset, seed, index, ...)   one frame of a preset and its truth; see `presets`
+    render_view(scene, pose, motion, camera, sensor, rng)   one picture of a given scene; see `view`
+
+Modules: camera (projection, lens, rolling shutter), plates (markers and tags), scene (ceiling and what
+hangs there), clutter (random ceilings), kernels (compiled loops), optics (blur), sensor (grey levels, noise,
+JPEG), view (one picture and its truth), presets (random frames).
+"""
+
+from larics_host.render.presets import PRESETS, render_frame
+from larics_host.render.view import render_view
+
+__all__ = ["PRESETS", "render_frame", "render_view"]

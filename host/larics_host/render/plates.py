@@ -1,0 +1,84 @@
+"""What hangs on the ceiling to be found: LARICS plates, and the tags they are compared with.
+
+Plate coordinates, mm: u along the orientation line, v 90 degrees counterclockwise from it as seen by
+whoever looks at the printed face (that is from below, so the map sees v clockwise from u).
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from larics.marker import LARICS3, LINE, RING, Family
+from larics_host.render.camera import Pose
+
+TARGETS = ("larics", "aruco", "apriltag")
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A marker in the map.
+
+    pose        centre, and heading of the orientation line, counterclockwise seen from above. A tag's
+                heading is the direction along its bitmap's rows, from the left column to the right
+                (from the first to the second corner of cv2.aruco), its centre that of the bitmap.
+    target      "larics"; or a tag of equal footprint: "aruco" (4x4, 6 modules with its border) or
+                "apriltag" (36h11, 8 modules), whose square with one module of quiet zone just fits
+                the same round plate
+    white, black   reflectance of the plate and of the ink; 1 and 0 make the contrast exact
+    """
+
+    marker_id: int
+    pose: Pose = Pose()
+    family: Family = LARICS3
+    target: str = "larics"
+    white: float = 1.0
+    black: float = 0.0
+
+    @property
+    def radius_mm(self):
+        """Radius of the white plate."""
+        return self.family.plate_mm10 / 10
+
+    @property
+    def ring_mm(self):
+        """Radius of the outer ring, to the centre of its line (a tag has none; the footprint is equal)."""
+        return self.family.outer_mm10 / 10
+
+    def pattern(self):
+        """The ink as the sampling kernel takes it.
+
+        Returns rings (N, 2): radius, half width; lines (M, 5): cos, sin of the angle, start, end, half
+        width, all in mm; the tag's cells (n, n) uint8, 1 = ink, and its side in mm (0: no tag).
+        """
+        if self.target != "larics":
+            cells = tag_cells(self.target, self.marker_id)
+            return np.zeros((0, 2)), np.zeros((0, 5)), cells, tag_side_mm(self.target, self.radius_mm)
+        rings, lines = [], []
+        for kind, *sizes in self.family.strokes(self.marker_id):
+            if kind == RING:
+                radius, width = sizes
+                rings.append((radius / 10, width / 20))
+            elif kind == LINE:
+                angle_cdeg, start, end, width = sizes
+                angle = math.radians(angle_cdeg / 100)
+                lines.append((math.cos(angle), math.sin(angle), start / 10, end / 10, width / 20))
+        return np.array(rings), np.array(lines), np.zeros((1, 1), np.uint8), 0.0
+
+
+@lru_cache(maxsize=64)
+def tag_cells(target, marker_id):
+    """(n, n) uint8, 1 = black, with the black border: the bitmap of tag `marker_id`."""
+    import cv2
+
+    name = cv2.aruco.DICT_4X4_50 if target == "aruco" else cv2.aruco.DICT_APRILTAG_36h11
+    dictionary = cv2.aruco.getPredefinedDictionary(name)
+    modules = dictionary.markerSize + 2
+    return (cv2.aruco.generateImageMarker(dictionary, marker_id, modules) == 0).astype(np.uint8)
+
+
+def tag_side_mm(target, plate_radius_mm=LARICS3.plate_mm10 / 10):
+    """Side of the tag's black square: with one module of quiet zone its corners touch the plate's rim."""
+    modules = 6 if target == "aruco" else 8
+    return plate_radius_mm * math.sqrt(2) * modules / (modules + 2)

@@ -1,0 +1,239 @@
+"""One frame of a scene: the passes of the renderer in their order, and the truth about the markers."""
+
+import math
+
+import numpy as np
+
+from larics_host.render import kernels
+from larics_host.render.optics import defocus, pixel_samples, smear
+from larics_host.render.scene import texture
+from larics_host.truth import Truth
+
+RIM = np.linspace(0, 2 * math.pi, 48, endpoint=False)
+CIRCLE = np.stack([np.cos(RIM), np.sin(RIM)], axis=1)
+# samples of a pixel: at least MIN, and this many per pixel of motion blur
+MIN_SAMPLES, SAMPLES_PER_PX, MAX_SAMPLES = 12, 4, 160
+# the ramp of an edge, as a share of a pixel, that a sample stands for
+SAMPLE_RAMP = 0.5
+
+
+def render_view(scene, pose, motion, camera, sensor, rng, *, name="", time_us=0):
+    """Take one picture.
+
+    scene    Scene;  camera  Camera;  sensor  Sensor;  rng  numpy Generator of the noise
+    pose, motion   the vehicle at mid-exposure of the frame's middle row (`time_us`), and how it moves
+    Returns the frame, (H, W) uint8, and a list of Truth: one for each marker whose outer ring is at least
+    in part inside the frame, or a single one without an ID.
+    """
+    radiance = render_radiance(scene, pose, motion, camera, sensor.defocus_px)
+    truths = truth_of(scene, pose, motion, camera, name, time_us)
+    return sensor.frame(radiance, rng), truths
+
+
+def truth_of(scene, pose, motion, camera, name="", time_us=0):
+    """The Truth records of a picture, without taking it."""
+    truths = []
+    for plate in scene.plates:
+        truth = _plate_truth(plate, scene.ceiling_mm, pose, motion, camera)
+        if truth is not None and truth.visible > 0:
+            truth.frame = name
+            truth.time_us += time_us
+            truths.append(truth)
+    if not truths:
+        truths.append(
+            Truth(
+                frame=name,
+                time_us=time_us,
+                vehicle_x_mm=pose.x_mm,
+                vehicle_y_mm=pose.y_mm,
+                vehicle_heading_deg=pose.heading_deg % 360,
+            )
+        )
+    return truths
+
+
+def _plate_truth(plate, ceiling_mm, pose, motion, camera):
+    center = np.array([plate.pose.x_mm, plate.pose.y_mm])
+    heading = math.radians(plate.pose.heading_deg)
+    along = np.array([math.cos(heading), math.sin(heading)])
+    # the centre, two points by which to tell the direction, and the outer ring
+    points = np.concatenate([[center, center + along, center - along], center + plate.ring_mm * CIRCLE])
+    pixels, seconds = camera.capture(points, ceiling_mm, pose, motion)
+    if np.isnan(pixels).any():
+        return None
+    direction = pixels[1] - pixels[2]
+    ring = pixels[3:]
+    inside = (ring > -0.5).all(axis=1) & (ring < (camera.width - 0.5, camera.height - 0.5)).all(axis=1)
+    # area of the polygon; a regular polygon in an ellipse misses a known share of it
+    x, y = ring.T
+    area = abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
+    step = 2 * math.pi / len(ring)
+    radius = math.sqrt(area * step / math.sin(step) / math.pi)
+    vehicle = motion.pose_after(pose, seconds[0])
+    turned = math.radians(vehicle.heading_deg)
+    east, north = center[0] - vehicle.x_mm, center[1] - vehicle.y_mm
+    return Truth(
+        time_us=int(round(seconds[0] * 1e6)),
+        id=plate.marker_id,
+        x_px=float(pixels[0, 0]),
+        y_px=float(pixels[0, 1]),
+        heading_deg=math.degrees(math.atan2(-direction[1], direction[0])) % 360,
+        radius_px=radius,
+        vehicle_x_mm=vehicle.x_mm,
+        vehicle_y_mm=vehicle.y_mm,
+        vehicle_heading_deg=vehicle.heading_deg % 360,
+        marker_x_mm=plate.pose.x_mm,
+        marker_y_mm=plate.pose.y_mm,
+        marker_heading_deg=plate.pose.heading_deg % 360,
+        offset_x_mm=math.cos(turned) * east + math.sin(turned) * north,
+        offset_y_mm=-math.sin(turned) * east + math.cos(turned) * north,
+        visible=float(inside.mean()),
+    )
+
+
+def render_radiance(scene, pose, motion, camera, defocus_px=0.0, min_samples=MIN_SAMPLES):
+    """The light on the sensor, (H, W) float32, the white plate's being 1: no noise, no vignetting."""
+    return _Pass(scene, pose, motion, camera, min_samples).run(defocus_px)
+
+
+class _Pass:
+    """The working state of one picture; coordinates are relative to the vehicle's pose."""
+
+    def __init__(self, scene, pose, motion, camera, min_samples):
+        self.scene, self.pose, self.motion, self.camera = scene, pose, motion, camera
+        self.min_samples = min_samples
+        sign = -1.0 if camera.mirrored else 1.0
+        lens = (sign * camera.focal_px, camera.focal_px, camera.center_x_px, camera.center_y_px)
+        self.cam = np.array([*lens, *camera.rotation.ravel()])
+        heading, turn = math.radians(pose.heading_deg), math.radians(motion.turn_deg_s)
+        self.path = np.array(
+            [
+                *(0.0, 0.0, heading),
+                *(motion.forward_mm_s, motion.left_mm_s, turn),
+                *(camera.row_us * 1e-6, camera.middle_row),
+                *(camera.offset_x_mm, camera.offset_y_mm),
+            ]
+        )
+        self.lens = (camera.lens_table, camera.lens_step)
+        self.exposure_s = camera.exposure_us * 1e-6
+        self.shape = (camera.height, camera.width)
+        self.mm_per_px = scene.ceiling_mm / camera.focal_px
+        self.shift_px = self._shift()
+
+    def _shift(self):
+        """How far the picture's middle moves during an exposure, (x, y) px."""
+        plane = np.empty((2, 1, 1), np.float32)
+        cam = self.cam.copy()
+        cam[2], cam[3] = 0.0, 0.0  # the pixel at 0, 0 becomes the principal point
+        path = self.path.copy()
+        path[6] = 0.0
+        kernels.fill_plane(plane, cam, *self.lens, path, self.scene.ceiling_mm)
+        middle = plane[:, 0, 0].astype(float)[None] + (self.pose.x_mm, self.pose.y_mm)
+        half = self.exposure_s / 2
+        ends = [
+            self.camera.look_at(middle, self.scene.ceiling_mm, self.motion.pose_after(self.pose, time))[0]
+            for time in (-half, half)
+        ]
+        shift = ends[1] - ends[0]
+        return (0.0, 0.0) if np.isnan(shift).any() else tuple(shift)
+
+    def run(self, defocus_px):
+        plane = self.plane = np.empty((2, *self.shape), np.float32)
+        kernels.fill_plane(plane, self.cam, *self.lens, self.path, self.scene.ceiling_mm)
+        image = np.empty(self.shape, np.float32)
+        surface = self.scene.surface.row(self.pose.x_mm, self.pose.y_mm, self.mm_per_px)
+        kernels.paint_ceiling(image, plane, texture(), surface)
+        for row, box in self._visible(self.scene.objects):
+            kernels.paint_object(image, plane, row, box, self.mm_per_px)
+        image = smear(image, self.shift_px)
+        for plate in self.scene.plates:
+            self._paint_plate(image, plate)
+        self._light(image)
+        return defocus(image, defocus_px)
+
+    def _visible(self, rows, reach=lambda row: row[kernels.SOFT] / 2):
+        """(object relative to the vehicle, its box in the frame) of those that may be seen."""
+        if not len(rows):
+            return
+        rows = rows.copy()
+        long = rows[:, kernels.A] + rows[:, kernels.B] * (rows[:, kernels.KIND] != kernels.BOX)
+        for row, length in zip(rows, long, strict=True):
+            oblong = row[kernels.KIND] in (kernels.BOX, kernels.GRILLE, kernels.ROD)
+            wide = row[kernels.B] if oblong else length
+            extra = reach(row) + 2 * self.mm_per_px
+            along = (length + extra) * np.array([-1, -0.5, 0, 0.5, 1, 1, 1, 0.5, 0, -0.5, -1, -1])
+            across = (wide + extra) * np.array([-1, -1, -1, -1, -1, 0, 1, 1, 1, 1, 1, 0])
+            cos, sin = row[kernels.COS], row[kernels.SIN]
+            x = row[kernels.X] + cos * along - sin * across
+            y = row[kernels.Y] + sin * along + cos * across
+            box = self._box(np.stack([x, y], axis=1), 4)
+            if box is not None:
+                row[kernels.X] -= self.pose.x_mm
+                row[kernels.Y] -= self.pose.y_mm
+                yield row, box
+
+    def _box(self, map_points, margin_px):
+        """Rows and columns from .. to around the convex hull of ceiling points; None outside the frame."""
+        pixels = self.camera.look_at(map_points, self.scene.ceiling_mm, self.pose)
+        height, width = self.shape
+        if np.isnan(pixels).any():
+            return np.array([0, height, 0, width])
+        # the rolling shutter shows the first and last rows from elsewhere on the path
+        late = self.camera.row_us * 1e-6 * height / 2
+        speed = math.hypot(self.motion.forward_mm_s, self.motion.left_mm_s) / self.mm_per_px
+        margin = margin_px + late * (speed + math.radians(abs(self.motion.turn_deg_s)) * self.camera.width)
+        left, top = np.floor(pixels.min(axis=0) - margin).astype(int)
+        right, bottom = np.ceil(pixels.max(axis=0) + margin).astype(int) + 1
+        box = np.array([max(top, 0), min(bottom, height), max(left, 0), min(right, width)])
+        return box if box[0] < box[1] and box[2] < box[3] else None
+
+    def _paint_plate(self, image, plate):
+        center = np.array([[plate.pose.x_mm, plate.pose.y_mm]])
+        # local scale: mm on the ceiling per px, in the coarsest direction
+        steps = center + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+        pixels = self.camera.look_at(steps, self.scene.ceiling_mm, self.pose)
+        if np.isnan(pixels).any():
+            return
+        scales = np.linalg.svd(np.stack([pixels[1] - pixels[0], pixels[2] - pixels[0]]), compute_uv=False)
+        coarse, mean = 1.3 / scales[1], 1.0 / math.sqrt(scales[0] * scales[1])
+        turn = math.radians(abs(self.motion.turn_deg_s))
+        away = math.hypot(center[0, 0] - self.pose.x_mm, center[0, 1] - self.pose.y_mm) + plate.radius_mm
+        speed = math.hypot(self.motion.forward_mm_s, self.motion.left_mm_s) + turn * away
+        blur_mm = speed * self.exposure_s
+        count = self.min_samples + 2 * math.ceil(SAMPLES_PER_PX / 2 * blur_mm * scales[0])
+        samples = pixel_samples(min(count, MAX_SAMPLES), self.exposure_s)
+        reach = 0.75 * coarse + blur_mm / 2 + mean
+        heading = math.radians(plate.pose.heading_deg)
+        box = self._box(center + (plate.radius_mm + reach) * CIRCLE, 3)
+        if box is None:
+            return
+        row = np.array(
+            [
+                *(plate.pose.x_mm - self.pose.x_mm, plate.pose.y_mm - self.pose.y_mm),
+                *(math.cos(heading), math.sin(heading)),
+                *(plate.radius_mm, plate.white, plate.black),
+                *(SAMPLE_RAMP * mean, reach),
+            ]
+        )
+        view = (self.cam, *self.lens, self.path, self.scene.ceiling_mm)
+        kernels.paint_plate(image, *view, row, *plate.pattern(), samples, box)
+
+    def _light(self, image):
+        """Occluders, shadows and lamps over the picture of ceiling and plates."""
+        scene = self.scene
+        color = alpha = glow = image  # stand-ins of the right type where a layer is absent
+        shade = np.ones(self.shape, np.float32)
+        for row, box in self._visible(scene.shades):
+            kernels.paint_shade(shade, self.plane, row, box, self.mm_per_px)
+        if len(scene.occluders):
+            color, alpha = np.zeros(self.shape, np.float32), np.zeros(self.shape, np.float32)
+            for row, box in self._visible(scene.occluders):
+                kernels.paint_occluder(color, alpha, self.plane, row, box, self.mm_per_px)
+            color, alpha = smear(color, self.shift_px), smear(alpha, self.shift_px)
+        if len(scene.lamps):
+            glow = np.zeros(self.shape, np.float32)
+            for row, box in self._visible(scene.lamps, lambda row: 5 * row[kernels.SOFT]):
+                kernels.paint_glow(glow, self.plane, row, box, self.mm_per_px)
+            glow = smear(glow, self.shift_px)
+        layers = np.array([len(scene.occluders) > 0, len(scene.lamps) > 0])
+        kernels.merge(image, color, alpha, shade, glow, layers)

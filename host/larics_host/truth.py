@@ -1,0 +1,134 @@
+"""What is really to be seen in a frame: the record that renderer, validation and demo share, as CSV."""
+
+import csv
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from larics_host.errors import UserError
+
+
+@dataclass
+class Truth:
+    """One marker in one frame; a frame without a marker has one record whose `id` is None.
+
+    frame               name of the frame's file
+    time_us             mid-exposure of the row on which the marker's centre lies (no marker: the middle row)
+    id                  0..7, or None
+    x_px, y_px          projected marker centre
+    heading_deg         image angle of the orientation line at the centre, counterclockwise as seen, 0..360;
+                        of a tag: of its bitmap's rows, from the left column to the right
+    radius_px           outer ring in the image: geometric mean of the ellipse's half axes
+    vehicle_*           vehicle in the map at time_us
+    marker_*            marker in the map, its heading that of the orientation line
+    offset_x_mm, offset_y_mm   marker minus vehicle, in the vehicle frame
+    visible             share of the outer ring inside the frame, 0..1
+
+    x, y, heading and radius are those of the picture as captured, the shear of a rolling shutter included.
+    """
+
+    frame: str = ""
+    time_us: int = 0
+    id: int | None = None
+    x_px: float | None = None
+    y_px: float | None = None
+    heading_deg: float | None = None
+    radius_px: float | None = None
+    vehicle_x_mm: float | None = None
+    vehicle_y_mm: float | None = None
+    vehicle_heading_deg: float | None = None
+    marker_x_mm: float | None = None
+    marker_y_mm: float | None = None
+    marker_heading_deg: float | None = None
+    offset_x_mm: float | None = None
+    offset_y_mm: float | None = None
+    visible: float | None = None
+
+
+COLUMNS = tuple(field.name for field in fields(Truth))
+_DIGITS = {"x_px": 5, "y_px": 5, "heading_deg": 5, "radius_px": 5, "visible": 4}
+
+
+def _text(name, value):
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return "%.*f" % (_DIGITS.get(name, 3), value)
+    return str(value)
+
+
+class TruthWriter:
+    """Writes records to a CSV as they come, so that an interrupted run keeps what it has."""
+
+    def __init__(self, path):
+        try:
+            self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 (closed in close())
+        except OSError as error:
+            raise UserError("cannot write %s: %s" % (path, error.strerror)) from None
+        self._writer = csv.writer(self._file, lineterminator="\n")
+        self._writer.writerow(COLUMNS)
+
+    def write(self, truths):
+        """Append the records of one frame."""
+        for truth in truths:
+            self._writer.writerow([_text(name, getattr(truth, name)) for name in COLUMNS])
+
+    def close(self):
+        """End the file."""
+        self._file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def write_truth(path, truths):
+    """Write all records to one CSV file."""
+    with TruthWriter(path) as writer:
+        writer.write(truths)
+
+
+def _value(name, text):
+    if text == "":
+        return "" if name == "frame" else None
+    if name == "frame":
+        return text
+    return int(text) if name in ("time_us", "id") else float(text)
+
+
+def read_truth(path):
+    """The records of a truth CSV, in its order; `path` is the file or the folder that holds truth.csv.
+
+    Raises UserError for a file that is missing, lacks a column or has a cell that is no number.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "truth.csv"
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file)
+            missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+            if missing:
+                raise UserError("%s is no truth table: column %s is missing" % (path, missing[0]))
+            truths = []
+            for row in reader:
+                try:
+                    truths.append(Truth(**{name: _value(name, row[name] or "") for name in COLUMNS}))
+                except ValueError:
+                    raise UserError("%s line %d: a cell is not a number" % (path, reader.line_num)) from None
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from None
+    except (UnicodeDecodeError, csv.Error):
+        raise UserError("%s is no truth table: not a CSV text" % path) from None
+    return truths
+
+
+def by_frame(truths):
+    """{frame name: list of its markers' records (empty for a frame without a marker)}, in file order."""
+    frames = {}
+    for truth in truths:
+        markers = frames.setdefault(truth.frame, [])
+        if truth.id is not None:
+            markers.append(truth)
+    return frames
