@@ -101,7 +101,8 @@ class _NegativeLoad:
 
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __floordiv__ = __rfloordiv__ = _refuse
     __mod__ = __or__ = __ror__ = __xor__ = __rxor__ = __rshift__ = __lshift__ = __rand__ = _refuse
-    __lt__ = __le__ = __gt__ = __ge__ = __neg__ = __index__ = __bool__ = _refuse
+    __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = __neg__ = __index__ = __bool__ = _refuse
+    __hash__ = None
 
 
 def _checked(value):

@@ -257,8 +257,8 @@ def binarise(
     of the (2 box + 1) square around it. Outside the frame is 0, and no part of a mean.
 
     window: (2 half + 1)**2 items, row by row; columns: `width` items of work space; (x0, y0) inside the
-    frame; half, box <= 200; offset 0..255.
-    Largest intermediate: (255 + 255) * 401**2 = 8.2e7.
+    frame; half <= 150, box <= 50; offset 0..255.
+    Largest intermediate: (255 + 255) * 101**2 = 5.2e6.
     """
     first = x0 - half - box  # the columns that matter
     if first < 0:
@@ -331,9 +331,9 @@ def binarise(
 def radial_sums(window: ptr8, sines: ptr16, sums: ptr16, half: int):
     """Equation 7: H(a) = sum over r = 0 .. half of the window at r in direction a, for a = 0 .. 359 degrees.
 
-    window: (2 half + 1)**2 items of 0 or 1, half <= 200, the centre in its middle; sines: 32768 + 16384 sin,
+    window: (2 half + 1)**2 items of 0 or 1, half <= 150, the centre in its middle; sines: 32768 + 16384 sin,
     of 0 .. 449 degrees; sums: 360 items. The nearest pixel is taken; y grows downwards, angles count
-    counterclockwise. Largest intermediate: 401 << 14 = 6.6e6.
+    counterclockwise. Largest intermediate: 301 << 14 = 4.9e6.
     """
     side = half + half + 1
     angle = 0
