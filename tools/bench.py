@@ -73,10 +73,10 @@ class Bench:
 
     def quality(self):
         names = self.names(plan.QUALITY_METHODS)
-        presets = [*plan.presets(), *plan.NEGATIVES]
+        presets = [*plan.presets(), *evaluate.NEGATIVES]
         todo = []
         for preset in presets:
-            count = self.options.frames * (3 if preset in plan.NEGATIVES else 1)
+            count = self.options.frames * (3 if preset in evaluate.NEGATIVES else 1)
             todo += evaluate.jobs(preset, preset, self.options.seed, count, plan.RADIUS_PX, {}, names)
         done = self.evaluate(todo, "quality")
         rows = {preset: {name: done[preset][name].row() for name in names} for preset in presets}

@@ -10,6 +10,7 @@ from .scoring import Tally
 BLOCK = 25  # frames handed to a process at a time
 
 PHOTOGRAPHS = "photographs"  # taken for a preset here: no renderer, no marker
+NEGATIVES = ("negative", PHOTOGRAPHS)  # without a marker, so the same for every method
 
 
 class Job(NamedTuple):
@@ -63,11 +64,13 @@ def _block(job, target):
 def run(job):
     """The job and its tallies by method."""
     tallies = {}
-    for target in sorted({methods.target(name) for name in job.names}):
+    by_target = {}
+    for name in job.names:
+        target = "larics" if job.preset in NEGATIVES else methods.target(name)
+        by_target.setdefault(target, []).append(name)
+    for target, names in by_target.items():
         block = _block(job, target)
-        for name in job.names:
-            if methods.target(name) != target:
-                continue
+        for name in names:
             detect, tally = _detector(name, job.radius_px), Tally()
             for i, (frame, truths) in enumerate(block):
                 tally.add(truths, detect(frame), (job.preset, job.seed, job.start + i))

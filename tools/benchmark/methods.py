@@ -15,11 +15,13 @@ from larics import detection
 from .scoring import Found
 
 RADIUS_TOLERANCE = 0.15  # a known radius is known within this share
+SMALLEST_PX = 5  # the detectors take no smaller ring
 
 
 def radius_range(radius_px):
-    """The range that a user would give for a ring of about this radius."""
-    return math.floor(radius_px * (1 - RADIUS_TOLERANCE)), math.ceil(radius_px * (1 + RADIUS_TOLERANCE))
+    """The range that a user would give for a ring of about this radius, whole px."""
+    low, high = radius_px * (1 - RADIUS_TOLERANCE), radius_px * (1 + RADIUS_TOLERANCE)
+    return max(SMALLEST_PX, math.floor(low)), math.ceil(high)
 
 
 def _quad_pose(corners):
@@ -107,8 +109,8 @@ class HoughCircles:
             cv2.HOUGH_GRADIENT,
             dp=1,
             minDist=2 * self.high,
-            param1=40,
-            param2=24,
+            param1=30,
+            param2=30,
             minRadius=self.low,
             maxRadius=self.high,
         )

@@ -2,14 +2,14 @@
 
 from typing import NamedTuple
 
+from . import evaluate
+
 RADIUS_PX = 30.0
 FRESH_SEED = 5000  # seeds from here on belong to the bench; tuning stays below 1000
 
 QUALITY_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "hough")
 TIMED_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "apriltag2", "hough")
 SWEPT_METHODS = ("larics", "larics_sharp", "paper", "aruco_subpix", "apriltag")
-NEGATIVES = ("negative", "photographs")
-
 # what the cost of a frame is measured for on MicroPython: method, range of radius
 SEARCHES = {
     "search, radius known": ("larics", (25, 35)),
@@ -42,4 +42,4 @@ def presets():
     """The renderer's presets, those without a marker left out."""
     from larics_host.render import PRESETS
 
-    return [name for name in PRESETS if name not in NEGATIVES]
+    return [name for name in PRESETS if name not in evaluate.NEGATIVES]
