@@ -1,0 +1,100 @@
+"""Still images from bytes: PGM, PNG and JPEG as 2-D uint8 arrays.
+
+Whatever is wrong with the bytes, the only exception is UserError; its text lacks the name of the file,
+which the caller puts in front.
+"""
+
+import io
+import re
+import warnings
+
+import numpy as np
+
+from larics_host.errors import UserError
+
+MAX_PIXELS = 50_000_000  # no camera of this product comes near; a damaged header may claim any size
+
+PGM_MAGIC = (b"P5", b"P2")
+PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+JPEG_MAGIC = b"\xff\xd8\xff"
+
+_SIXTEEN_BIT = "a 16-bit image: convert it to 8 bits a pixel"
+_HEADER_ITEM = re.compile(rb"(?:\s|#[^\n]*\n)+(\d{1,9})")
+
+
+def check_size(width, height):
+    """Raises UserError for a frame without pixels or with absurdly many."""
+    if width < 1 or height < 1:
+        raise UserError("the image has no pixels (%d x %d)" % (width, height))
+    if width * height > MAX_PIXELS:
+        raise UserError("%d x %d pixels are more than a frame can have" % (width, height))
+
+
+def _decode_pgm(data):
+    place = 2
+    numbers = []
+    for _ in range(3):
+        item = _HEADER_ITEM.match(data, place)
+        if not item:
+            raise UserError("damaged or truncated PGM header")
+        numbers.append(int(item.group(1)))
+        place = item.end()
+    width, height, maximum = numbers
+    check_size(width, height)
+    if maximum > 255:
+        raise UserError(_SIXTEEN_BIT)
+    if maximum != 255:
+        raise UserError("a PGM with maximum %d: only 255 is supported" % maximum)
+    count = width * height
+    if data[:2] == b"P5":
+        pixels = np.frombuffer(data, np.uint8, offset=min(place + 1, len(data)))
+        if pixels.size > count and bytes(pixels[count:]).strip():
+            raise UserError("%d bytes more than %d x %d pixels" % (pixels.size - count, width, height))
+    else:
+        try:
+            pixels = np.array(data[place:].split(), dtype=np.int64)
+        except (ValueError, OverflowError) as error:
+            raise UserError("a text PGM with something that is no number") from error
+        if pixels.size and not 0 <= pixels.min() <= pixels.max() <= 255:
+            raise UserError("a text PGM with a value outside 0..255")
+        if pixels.size > count:
+            raise UserError("%d values more than %d x %d pixels" % (pixels.size - count, width, height))
+    if pixels.size < count:
+        raise UserError("truncated: %d of %d pixels" % (pixels.size, count))
+    return pixels[:count].astype(np.uint8).reshape(height, width)
+
+
+def _decode_compressed(data):
+    from PIL import Image
+
+    if data.startswith(PNG_MAGIC) and data[24:25] == b"\x10":
+        raise UserError(_SIXTEEN_BIT)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # size is checked here, metadata does not matter
+            image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
+            check_size(*image.size)
+            if image.mode.startswith(("I", "F")):
+                raise UserError(_SIXTEEN_BIT)
+            return np.array(image.convert("L"))
+    except UserError:
+        raise
+    except Exception as error:  # the decoders raise whatever a damaged file leads them to
+        raise UserError("damaged or truncated image (%s)" % error) from error
+
+
+def is_still(head):
+    """Whether the first bytes of a file say that it is a PGM, PNG or JPEG."""
+    return head.startswith((*PGM_MAGIC, PNG_MAGIC, JPEG_MAGIC))
+
+
+def decode_still(data):
+    """An image file's bytes as a 2-D uint8 array (rows, columns); colour becomes grey (ITU-R 601).
+
+    Raises UserError when it is damaged, truncated, has 16 bits a pixel or is no PGM, PNG or JPEG.
+    """
+    if data.startswith(PGM_MAGIC):
+        return _decode_pgm(data)
+    if data.startswith((PNG_MAGIC, JPEG_MAGIC)):
+        return _decode_compressed(data)
+    raise UserError("not a PGM, PNG or JPEG image")

@@ -1,0 +1,268 @@
+"""Frames come out of every kind of source as they were put in, and bad sources give one clear line."""
+
+import os
+import struct
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from larics_host.errors import UserError
+from larics_host.frames import open_frames
+from larics_host.openmv_stream import BAYER, BINARY, GRAYSCALE, RGB565
+
+FRAME = np.random.default_rng(7).integers(0, 256, (31, 45), dtype=np.uint8)
+
+
+def pgm(frame, maximum=255):
+    height, width = frame.shape
+    return b"P5\n%d %d\n%d\n" % (width, height, maximum) + frame.tobytes()
+
+
+def padded(data):
+    return data + bytes(-len(data) % 16)
+
+
+def stream_v2(*frames):
+    """Frames are (pixel format, width, height, data, size)."""
+    parts = [b"OMV IMG STR V2.0"]
+    for pixel_format, width, height, data, size in frames:
+        parts += [struct.pack("<5I12x", 33, width, height, pixel_format, size), padded(data)]
+    return b"".join(parts)
+
+
+def stream_v1(version, *frames):
+    parts = [b"OMV IMG STR V" + version]
+    for bpp, width, height, data in frames:
+        parts += [struct.pack("<4I", 33, width, height, bpp), padded(data)]
+    return b"".join(parts)
+
+
+def encoded(extension, image=FRAME):
+    return cv2.imencode(extension, image)[1].tobytes()
+
+
+def write(path, data):
+    path.write_bytes(data)
+    return path
+
+
+def read(path):
+    return [frame for _, frame in open_frames([path])]
+
+
+def one(path):
+    (frame,) = read(path)
+    assert frame.dtype == np.uint8 and frame.ndim == 2
+    return frame
+
+
+def failure(*paths):
+    with pytest.raises(UserError) as caught:
+        list(open_frames(paths))
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+@pytest.mark.parametrize("header", [b"P5\n45 31\n255\n", b"P5 # made by\n# two comments\n45\t31 255 "])
+def test_pgm(tmp_path, header):
+    assert (one(write(tmp_path / "a.pgm", header + FRAME.tobytes())) == FRAME).all()
+
+
+def test_pgm_as_text(tmp_path):
+    text = b"P2\n# c\n45 31\n255\n" + b"\n".join(b" ".join(b"%d" % v for v in row) for row in FRAME)
+    assert (one(write(tmp_path / "a.pgm", text)) == FRAME).all()
+
+
+def test_png_and_jpeg(tmp_path):
+    assert (one(write(tmp_path / "a.png", encoded(".png"))) == FRAME).all()
+    smooth = cv2.GaussianBlur(FRAME, (0, 0), 5)
+    shades = one(write(tmp_path / "a.JPG", encoded(".jpg", smooth)))
+    assert np.abs(shades.astype(int) - smooth).max() <= 4
+
+
+def test_the_content_counts_not_the_extension(tmp_path):
+    assert (one(write(tmp_path / "a.jpg", encoded(".png"))) == FRAME).all()
+    assert (one(write(tmp_path / "noname", pgm(FRAME))) == FRAME).all()
+
+
+def test_colour_becomes_grey(tmp_path):
+    colour = np.zeros((20, 30, 3), np.uint8)
+    colour[:] = (200, 100, 50)  # blue, green, red
+    frame = one(write(tmp_path / "a.png", encoded(".png", colour)))
+    assert frame.shape == (20, 30) and abs(int(frame[0, 0]) - 96.45) <= 1  # 0.114 B + 0.587 G + 0.299 R
+    transparent = np.dstack([colour, np.full((20, 30), 255, np.uint8)])
+    assert (one(write(tmp_path / "b.png", encoded(".png", transparent))) == frame).all()
+    Image.fromarray(colour).quantize(4).save(tmp_path / "c.png")
+    assert one(tmp_path / "c.png").shape == (20, 30)
+
+
+def test_a_folder_in_natural_order_without_what_is_no_frame(tmp_path):
+    for index in (10, 2, 1):
+        write(tmp_path / ("f%d.pgm" % index), pgm(np.full((8, 8), index, np.uint8)))
+    write(tmp_path / "truth.csv", b"frame\n")
+    write(tmp_path / ".hidden.pgm", b"x")
+    (tmp_path / "sub.png").mkdir()
+    assert [int(frame[0, 0]) for frame in read(tmp_path)] == [1, 2, 10]
+    assert [os.path.basename(name) for name, _ in open_frames([tmp_path])] == ["f1.pgm", "f2.pgm", "f10.pgm"]
+
+
+def test_video(tmp_path):
+    path = tmp_path / "clip.avi"
+    video = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 10, (64, 48))
+    assert video.isOpened()
+    for level in (40, 120, 200):
+        video.write(np.full((48, 64, 3), level, np.uint8))
+    video.release()
+    frames = list(open_frames([path]))
+    assert [name for name, _ in frames] == ["%s#%d" % (path, index) for index in range(3)]
+    assert [round(float(frame.mean()), -1) for _, frame in frames] == [40, 120, 200]
+    assert all(frame.shape == (48, 64) for _, frame in frames)
+
+
+def test_openmv_stream_of_grey_frames(tmp_path):
+    other = 255 - FRAME
+    data = stream_v2((GRAYSCALE, 45, 31, FRAME.tobytes(), 0), (GRAYSCALE, 45, 31, other.tobytes(), 1395))
+    first, second = read(write(tmp_path / "s.bin", data))
+    assert (first == FRAME).all() and (second == other).all()
+    for version in (b"1.0", b"1.1"):
+        data = stream_v1(version, (1, 45, 31, FRAME.tobytes()), (1, 45, 31, other.tobytes()))
+        first, second = read(write(tmp_path / "s.bin", data))
+        assert (first == FRAME).all() and (second == other).all()
+
+
+def test_openmv_stream_of_compressed_frames(tmp_path):
+    data = encoded(".png")
+    assert (one(write(tmp_path / "p.bin", stream_v2((0x06070000, 45, 31, data, len(data))))) == FRAME).all()
+    data = encoded(".jpg")
+    new = one(write(tmp_path / "n.bin", stream_v2((0x06060000, 45, 31, data, len(data)))))
+    old = one(write(tmp_path / "o.bin", stream_v1(b"1.1", (len(data), 45, 31, data))))
+    assert new.shape == (31, 45) and (new == old).all()
+
+
+def test_openmv_stream_of_colour_frames(tmp_path):
+    red, green, blue = 0xF800, 0x07E0, 0x001F
+    pixels = np.array([[red, green, blue, 0xFFFF, 0]], np.uint16)
+    grey = [[75, 149, 29, 255, 0]]  # 38, 75 and 15 parts of 128
+    for name, data in (
+        ("2.0", stream_v2((RGB565, 5, 1, pixels.astype("<u2").tobytes(), 0))),
+        ("1.1", stream_v1(b"1.1", (2, 5, 1, pixels.astype("<u2").tobytes()))),
+        ("1.0", stream_v1(b"1.0", (2, 5, 1, pixels.astype(">u2").tobytes()))),
+    ):
+        assert one(write(tmp_path / (name + ".bin"), data)).tolist() == grey, name
+    yuv = np.dstack([FRAME, 255 - FRAME]).tobytes()
+    assert (one(write(tmp_path / "y.bin", stream_v2((0x14050002, 45, 31, yuv, 0)))) == FRAME).all()
+
+
+def test_openmv_stream_of_binary_frames(tmp_path):
+    bits = (FRAME > 127).astype(np.uint8)
+    words = np.zeros((31, 64), np.uint8)
+    words[:, :45] = bits
+    data = np.packbits(words, axis=1, bitorder="little").tobytes()
+    assert (one(write(tmp_path / "b.bin", stream_v2((BINARY, 45, 31, data, 0)))) == bits * 255).all()
+
+
+@pytest.mark.parametrize("pixel_format, pattern", BAYER.items())
+def test_openmv_stream_of_bayer_frames(tmp_path, pixel_format, pattern):
+    """A scene that is blue alone stays blue, whichever corner the pattern starts in."""
+    mosaic = np.zeros((32, 48), np.uint8)
+    for place, colour in enumerate(pattern):
+        if colour == "B":
+            mosaic[place // 2 :: 2, place % 2 :: 2] = 200
+    frame = one(write(tmp_path / "b.bin", stream_v2((pixel_format, 48, 32, mosaic.tobytes(), 0))))
+    assert np.abs(frame[4:-4, 4:-4].astype(int) - 0.114 * 200).max() <= 2
+
+
+def test_what_is_missing_or_empty(tmp_path):
+    assert "no such file" in failure(tmp_path / "nothing.pgm")
+    assert "no frames in this folder" in failure(tmp_path)
+    assert "empty file" in failure(write(tmp_path / "e.pgm", b""))
+    assert "not a file" in failure("/dev/null")
+    assert "not an image" in failure(write(tmp_path / "t.txt", b"hello"))
+    assert "video" in failure(write(tmp_path / "v.mp4", b"hello" * 100))
+    assert "strerror" not in failure(tmp_path / ("x" * 5000))
+
+
+def test_what_is_truncated(tmp_path):
+    assert "truncated" in failure(write(tmp_path / "a.pgm", pgm(FRAME)[:-1]))
+    assert "truncated" in failure(write(tmp_path / "b.pgm", b"P5\n45"))
+    assert "truncated" in failure(write(tmp_path / "c.png", encoded(".png")[:-200]))
+    assert "truncated" in failure(write(tmp_path / "d.jpg", encoded(".jpg")[:-200]))
+    stream = stream_v2((GRAYSCALE, 45, 31, FRAME.tobytes(), 0), (GRAYSCALE, 45, 31, FRAME.tobytes(), 0))
+    assert "frame 1: truncated" in failure(write(tmp_path / "e.bin", stream[:-100]))
+    assert "frame 1: truncated" in failure(write(tmp_path / "f.bin", stream[: 48 + 1408 + 10]))
+    assert "no frame" in failure(write(tmp_path / "g.bin", stream[:16]))
+
+
+def test_what_has_16_bits(tmp_path):
+    deep = FRAME.astype(np.uint16) * 257
+    wide = np.dstack([deep] * 3)
+    for name, data in (
+        ("a.png", encoded(".png", deep)),
+        ("b.png", encoded(".png", wide)),
+        ("c.pgm", b"P5 45 31 65535 " + deep.tobytes()),
+    ):
+        text = failure(write(tmp_path / name, data))
+        assert "16-bit" in text and "8 bits" in text and name in text
+
+
+def test_what_is_wrong_inside(tmp_path):
+    assert "only 255" in failure(write(tmp_path / "a.pgm", pgm(FRAME, 100)))
+    assert "no pixels" in failure(write(tmp_path / "b.pgm", b"P5 0 10 255 "))
+    assert "more than a frame" in failure(write(tmp_path / "c.pgm", b"P5 999999 999999 255 "))
+    assert "bytes more" in failure(write(tmp_path / "d.pgm", pgm(FRAME) + b"zz"))
+    assert "no number" in failure(write(tmp_path / "e.pgm", b"P2 2 1 255 1 x"))
+    assert "outside" in failure(write(tmp_path / "f.pgm", b"P2 2 1 255 1 256"))
+    assert "version" in failure(write(tmp_path / "g.bin", b"OMV IMG STR V3.0"))
+    assert "pixel format" in failure(write(tmp_path / "h.bin", stream_v2((0x1234, 4, 4, bytes(16), 0))))
+    huge = stream_v2((GRAYSCALE, 1 << 31, 1 << 31, b"", 0))
+    assert "more than a frame" in failure(write(tmp_path / "i.bin", huge))
+    data = encoded(".png")
+    stream = stream_v2((0x06070000, 40, 31, data, len(data)))
+    assert "another size" in failure(write(tmp_path / "j.bin", stream))
+
+
+def test_one_bad_file_does_not_lose_the_others(tmp_path):
+    write(tmp_path / "1.pgm", pgm(FRAME))
+    write(tmp_path / "2.pgm", b"P5 broken")
+    write(tmp_path / "3.pgm", pgm(FRAME))
+    errors = []
+    names = [name for name, _ in open_frames([tmp_path, tmp_path / "no"], errors.append)]
+    assert [os.path.basename(name) for name in names] == ["1.pgm", "3.pgm"]
+    assert len(errors) == 2 and "2.pgm" in str(errors[0]) and "no such" in str(errors[1])
+
+
+SEEDS = (
+    pgm(FRAME[:6, :9]),
+    b"P2\n3 2\n255\n1 2 3 4 5 6\n",
+    encoded(".png", FRAME[:8, :8]),
+    encoded(".jpg", FRAME[:8, :8]),
+    stream_v2((GRAYSCALE, 9, 6, FRAME[:6, :9].tobytes(), 0), (BINARY, 9, 6, bytes(24), 0)),
+    stream_v2((0x06060000, 8, 8, encoded(".jpg", FRAME[:8, :8]), len(encoded(".jpg", FRAME[:8, :8])))),
+    stream_v1(b"1.0", (2, 4, 4, bytes(32)), (3, 4, 4, bytes(16))),
+)
+
+
+@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    seed=st.sampled_from(SEEDS),
+    changes=st.lists(st.tuples(st.integers(0, 10**6), st.binary(max_size=5), st.integers(0, 5)), max_size=4),
+    length=st.integers(0, 10**6),
+)
+def test_no_bytes_lead_to_anything_but_frames_or_a_user_error(tmp_path, seed, changes, length):
+    data = bytearray(seed)
+    for place, new, removed in changes:
+        place %= len(data) + 1
+        data[place : place + removed] = new
+    if changes and length % 3 == 0:
+        del data[length % (len(data) + 1) :]
+    path = write(tmp_path / "fuzz.bin", bytes(data))
+    errors = []
+    for _, frame in open_frames([path], errors.append):
+        assert frame.dtype == np.uint8 and frame.ndim == 2 and frame.size
+    assert len(errors) <= 1
+    assert changes or not errors
