@@ -88,7 +88,10 @@ class Encoder:
         buffer[3] = self.sequence & 0xFF
         buffer[4] = self.sequence >> 8
         place = 1 + _HEADER
-        sizes, formats, lows, highs = layout.sizes, layout.formats, layout.lows, layout.highs
+        sizes = layout.sizes
+        formats = layout.formats
+        lows = layout.lows
+        highs = layout.highs
         for k in range(len(sizes)):
             value = values[k]
             if formats[k] is None:
@@ -237,13 +240,10 @@ class Decoder:
     def _unpack(self, layout):
         message = self._message
         values = self._values[layout.number]
-        sizes, formats, signed, lows, highs = (
-            layout.sizes,
-            layout.formats,
-            layout.signed,
-            layout.lows,
-            layout.highs,
-        )
+        sizes = layout.sizes
+        formats = layout.formats
+        lows = layout.lows
+        highs = layout.highs
         place = _HEADER
         for k in range(len(sizes)):
             size = sizes[k]
@@ -255,7 +255,7 @@ class Decoder:
                 continue
             place += size
             value = message[place - 1]  # the highest byte first, while it says whether 30 bits suffice
-            if signed[k]:
+            if layout.signed[k]:
                 value = (value ^ 0x80) - 0x80
             if size == 4:
                 if not -64 <= value < 64:
