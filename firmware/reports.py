@@ -30,10 +30,8 @@ class Reports:
         return self._link.send(self._encoder.buffer, count)
 
     def info(self, token, width, height, settings, board, unique_id):
-        return self.send(
-            m.INFO,
-            (token, self.boot) + VERSION + (width, height, settings, padded(board, 16), padded(unique_id, 12)),
-        )
+        names = (padded(board, 16), padded(unique_id, 12))
+        return self.send(m.INFO, (token, self.boot) + VERSION + (width, height, settings) + names)
 
     def marker(self, frame, age_us, index, count, measurement, calibrated):
         """One of the markers of a frame; `measurement` as larics.camera fills it."""

@@ -9,6 +9,7 @@ some sensors for good.
 import time
 
 import csi
+
 from cameras import CameraError
 
 _SETTLE_MS = 300  # the first frames after a change of size are old or dark
@@ -53,12 +54,14 @@ class CsiCamera:
         if self._counted:
             self._csi.frame_callback(self._on_frame)
 
+    def _smallest_size(self):
+        for entry in ((csi.QVGA, 320, 240), (csi.VGA, 640, 480), (csi.HD, 1280, 720)):
+            if self.width <= entry[1] and self.height <= entry[2]:
+                return entry
+        raise CameraError("no frame size holds %dx%d" % (self.width, self.height))
+
     def _set_size(self):
-        for size, width, height in ((csi.QVGA, 320, 240), (csi.VGA, 640, 480), (csi.HD, 1280, 720)):
-            if self.width <= width and self.height <= height:
-                break
-        else:
-            raise CameraError("no frame size holds %dx%d" % (self.width, self.height))
+        size, width, height = self._smallest_size()
         self._csi.framesize(size)
         if self._window:
             self._csi.window(self._window)

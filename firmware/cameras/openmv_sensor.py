@@ -3,6 +3,7 @@
 import time
 
 import sensor
+
 from cameras import CameraError
 
 _SETTLE_MS = 300
@@ -40,12 +41,14 @@ class SensorCamera:
         except (RuntimeError, ValueError, AttributeError) as error:
             raise CameraError("sensor: %s" % error)
 
+    def _smallest_size(self):
+        for entry in ((sensor.QVGA, 320, 240), (sensor.VGA, 640, 480), (sensor.HD, 1280, 720)):
+            if self.width <= entry[1] and self.height <= entry[2]:
+                return entry
+        raise CameraError("no frame size holds %dx%d" % (self.width, self.height))
+
     def _set_size(self):
-        for size, width, height in ((sensor.QVGA, 320, 240), (sensor.VGA, 640, 480), (sensor.HD, 1280, 720)):
-            if self.width <= width and self.height <= height:
-                break
-        else:
-            raise CameraError("no frame size holds %dx%d" % (self.width, self.height))
+        size, width, height = self._smallest_size()
         sensor.set_framesize(size)
         if self._window:
             sensor.set_windowing(self._window)

@@ -22,6 +22,7 @@ from larics_host.errors import UserError
 
 COMMANDS = (
     "marker",
+    "log",
 )
 
 EXIT_BAD_INPUT = 2

@@ -1,0 +1,112 @@
+"""`larics log`: records what the camera sends."""
+
+import contextlib
+import signal
+import time
+
+from larics_host.errors import UserError
+
+NAME = "log"
+HELP = "record what the camera sends as CSV and JSON lines, with a live table"
+EXAMPLE = """
+larics log --port /dev/ttyACM0                   # until Ctrl-C, into larics-<date>.csv and .jsonl
+larics log --port /dev/ttyUSB0 -o run --seconds 60 --raw
+larics log --input run.bin -o again              # decodes recorded bytes once more
+"""
+
+_REFRESH_S = 0.1
+
+
+def add_arguments(parser):
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--port", metavar="DEVICE", help="serial port, such as /dev/ttyACM0 or COM3")
+    source.add_argument("--input", metavar="FILE", help="a file of raw bytes, - for standard input")
+    parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
+    parser.add_argument("-o", "--output", metavar="PREFIX", help="PREFIX.csv, PREFIX.jsonl, PREFIX.bin")
+    parser.add_argument("--seconds", type=float, metavar="N", help="stop after N seconds")
+    parser.add_argument("--raw", action="store_true", help="also keep every byte, in PREFIX.bin")
+    parser.add_argument("--force", action="store_true", help="overwrite existing files")
+    parser.add_argument("--quiet", action="store_true", help="no live table")
+
+
+def run(args):
+    from larics_host.link import FileSource, LinkLost, SerialSource
+    from larics_host.receiver import Receiver
+    from larics_host.recorder import Recorder
+
+    if args.seconds is not None and not args.seconds > 0:
+        raise UserError("--seconds %g: give a number above 0" % args.seconds)
+    if not args.baud > 0:
+        raise UserError("--baud %d: give a number above 0" % args.baud)
+    source = SerialSource(args.port, args.baud) if args.port else FileSource(args.input)
+    prefix = args.output or time.strftime("larics-%Y%m%d-%H%M%S")
+    recorder = Recorder(prefix, raw=args.raw, force=args.force)
+    receiver = Receiver()
+    lost = None
+    previous = signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        with contextlib.suppress(KeyboardInterrupt):
+            _record(source, receiver, recorder, args)
+    except LinkLost as error:
+        lost = error
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+        recorder.close()
+        source.close()
+    return _conclude(source, receiver, recorder, lost)
+
+
+def _interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def _record(source, receiver, recorder, args):
+    from larics_host.live import LiveView
+
+    view = LiveView(source.name)
+    start_s = time.monotonic()
+    with _display(args.quiet) as show:
+        shown_s = start_s
+        while True:
+            data = source.read()
+            now_s = time.monotonic()
+            if data is None or (args.seconds is not None and now_s - start_s > args.seconds):
+                show(view.render(receiver.counters))
+                return
+            recorder.write_bytes(data)
+            for message in receiver.feed(data, now_s - start_s):
+                recorder.write(message)
+                view.add(message)
+            if now_s - shown_s >= _REFRESH_S:
+                show(view.render(receiver.counters))
+                shown_s = now_s
+
+
+@contextlib.contextmanager
+def _display(quiet):
+    """A function that shows something in place of what it showed before; without a terminal, nothing."""
+    from rich.console import Console
+    from rich.live import Live
+
+    console = Console()
+    if quiet or not console.is_terminal:
+        yield lambda content: None
+        return
+    with Live(console=console, auto_refresh=False) as live:
+        yield lambda content: live.update(content, refresh=True)
+
+
+def _conclude(source, receiver, recorder, lost):
+    from larics_host.live import reception
+
+    received, missing, damaged = reception(receiver.counters)
+    files = ", ".join(recorder.files)
+    summary = "%d messages received, %d lost, %d damaged; written to %s" % (received, missing, damaged, files)
+    if lost:
+        raise UserError("%s; %s" % (lost, summary))
+    if not received:
+        raise UserError(
+            "no message came from %s: check the wiring (TX to RX), the baud rate and the power" % source.name
+        )
+    print(summary)
+    return 0

@@ -1,0 +1,50 @@
+"""Bytes from the wire -> messages with named fields."""
+
+from larics import protocol
+
+_TEXT_FIELDS = ("board",)
+
+
+class Message:
+    """One received message: `name` ("MARKER"), `sequence`, `fields` (name: int, or text for byte fields) and
+    `time_s`, when it was taken from the line."""
+
+    __slots__ = ("name", "sequence", "fields", "time_s")
+
+    def __init__(self, name, sequence, fields, time_s):
+        self.name = name
+        self.sequence = sequence
+        self.fields = fields
+        self.time_s = time_s
+
+
+class Receiver:
+    """Feeds a Decoder and hands out what it found; `counters` are the decoder's."""
+
+    def __init__(self):
+        self._decoder = protocol.Decoder(self._on_message)
+        self._names = {
+            number: [field[0] for field in protocol.fields(number)] for _, number, _, _ in protocol.MESSAGES
+        }
+        self._found = []
+        self._time_s = 0.0
+
+    @property
+    def counters(self):
+        return self._decoder.counters
+
+    def _on_message(self, number, sequence, values):
+        fields = {}
+        for name, value in zip(self._names[number], values, strict=True):
+            if isinstance(value, bytearray):  # reused by the decoder: a copy is needed in any case
+                data = bytes(value)
+                value = data.rstrip(b"\0").decode("ascii", "replace") if name in _TEXT_FIELDS else data.hex()
+            fields[name] = value
+        self._found.append(Message(protocol.name(number), sequence, fields, self._time_s))
+
+    def feed(self, data, time_s):
+        """The messages that `data` completes, in order."""
+        self._time_s = time_s
+        self._decoder.feed(data, len(data))
+        found, self._found = self._found, []
+        return found

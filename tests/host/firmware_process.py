@@ -1,0 +1,40 @@
+"""Starts the firmware on a real MicroPython interpreter, with a pseudo-terminal as its UART."""
+
+import contextlib
+import os
+import subprocess
+
+from larics_host.pty_pair import PtyPair
+from tests.host.test_dual import ROOT, interpreter
+
+SEARCH = ":".join(["shared", "firmware", ".frozen"])
+
+
+def environment(search=SEARCH):
+    return dict(os.environ, MICROPYPATH=search)
+
+
+def start_firmware(frames, port, *options, heap=None):
+    """The process of firmware/desk.py; `heap`: bytes, as text for -X heapsize."""
+    heap_option = ["-X", "heapsize=" + heap] if heap else []
+    command = [*interpreter(), *heap_option, "firmware/desk.py", "--frames", str(frames), "--port", port]
+    return subprocess.Popen(
+        [*command, *options],
+        cwd=ROOT,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+@contextlib.contextmanager
+def running_firmware(frames, *options, heap=None):
+    """(process, PtyPair); both are gone afterwards."""
+    with PtyPair() as cable:
+        process = start_firmware(frames, cable.device_a, *options, heap=heap)
+        try:
+            yield process, cable
+        finally:
+            process.kill()
+            process.communicate()

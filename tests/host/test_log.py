@@ -1,0 +1,196 @@
+"""`larics log`: files, live view, and everything that goes wrong with a port."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from larics import messages as m
+from larics import protocol
+from larics_host import cli
+from larics_host.live import LiveView, flag_text
+from larics_host.pty_pair import PtyPair
+from larics_host.receiver import Receiver
+from tests.host.test_dual import ROOT
+
+
+def marker_values(frame, marker_id=3, x_mm10=1234, flags=0):
+    return [frame, 8000, flags, marker_id, 0, 1, x_mm10, -567, 25000, 4550, 200, 7680]
+
+
+def status_values(**changes):
+    values = {field[0]: 0 for field in protocol.fields(m.STATUS)}
+    values.update(changes)
+    return list(values.values())
+
+
+def wire(*messages):
+    encoder = protocol.Encoder()
+    data = b""
+    for number, values in messages:
+        count = encoder.encode(number, values)
+        data += bytes(encoder.buffer[:count])
+    return data
+
+
+def larics(*arguments):
+    return subprocess.Popen(
+        [sys.executable, "-m", "larics_host", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host")),
+    )
+
+
+def write_all(device, data):
+    descriptor = os.open(device, os.O_WRONLY | os.O_NOCTTY)
+    os.write(descriptor, data)
+    os.close(descriptor)
+
+
+def wait_for_lines(path, count, limit_s=20):
+    end_s = time.monotonic() + limit_s
+    while time.monotonic() < end_s:
+        if path.exists() and len(path.read_text().splitlines()) >= count:
+            return
+        time.sleep(0.02)
+    raise AssertionError("%s never had %d lines" % (path, count))
+
+
+def rows(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_recorded_file_becomes_csv_and_json_lines(tmp_path, capsys):
+    data = b"garbage\x00" + wire(
+        (m.MARKER, marker_values(7)), (m.STATUS, status_values(frames=8)), (m.MARKER, marker_values(8, 5))
+    )
+    (tmp_path / "run.bin").write_bytes(data)
+    prefix = str(tmp_path / "out")
+    assert cli.main(["log", "--input", str(tmp_path / "run.bin"), "-o", prefix, "--raw"]) == 0
+    said = capsys.readouterr().out
+    assert "3 messages received, 0 lost, 1 damaged" in said and "out.csv" in said
+    markers = rows(tmp_path / "out.csv")
+    assert [(row["frame"], row["id"], row["x_mm10"], row["heading_cdeg"]) for row in markers] == [
+        ("7", "3", "1234", "4550"),
+        ("8", "5", "1234", "4550"),
+    ]
+    records = [json.loads(line) for line in (tmp_path / "out.jsonl").read_text().splitlines()]
+    assert [record["message"] for record in records] == ["MARKER", "STATUS", "MARKER"]
+    assert records[1]["frames"] == 8 and records[0]["y_mm10"] == -567
+    assert (tmp_path / "out.bin").read_bytes() == data
+
+
+def test_existing_files_are_kept(tmp_path, capsys):
+    (tmp_path / "run.bin").write_bytes(wire((m.MARKER, marker_values(7))))
+    (tmp_path / "out.csv").write_text("precious")
+    arguments = ["log", "--input", str(tmp_path / "run.bin"), "-o", str(tmp_path / "out")]
+    assert cli.main(arguments) == 2
+    assert "out.csv exists" in capsys.readouterr().err
+    assert (tmp_path / "out.csv").read_text() == "precious"
+    assert cli.main([*arguments, "--force"]) == 0
+
+
+@pytest.mark.parametrize(
+    "arguments, expected",
+    [
+        (["--port", "/dev/no-such-port"], "no port /dev/no-such-port"),
+        (["--port", "/dev/null"], "cannot open the port /dev/null"),
+        (["--input", "/no/such/file"], "cannot read /no/such/file"),
+        (["--input", "/dev/null"], "no message came from /dev/null"),
+        (["--input", "/dev/null", "--seconds", "0"], "--seconds 0"),
+        (["--input", "/dev/null", "--seconds", "nan"], "--seconds nan"),
+        (["--port", "/dev/null", "--baud", "-1"], "--baud -1"),
+        (["--input", "/dev/null", "-o", "/no/such/folder/run"], "cannot write /no/such/folder/run.csv"),
+        ([], "one of the arguments --port --input is required"),
+    ],
+)
+def test_bad_input_gets_one_line(arguments, expected, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["log", *arguments]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("larics: ") and expected in err and len(err.splitlines()) == 1
+
+
+def test_a_port_that_vanishes_keeps_what_came(tmp_path):
+    with PtyPair() as cable:
+        process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "run"))
+        wait_for_lines(tmp_path / "run.csv", 1)
+        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(20)]))
+        wait_for_lines(tmp_path / "run.csv", 21)
+        cable.unplug()
+        _, err = process.communicate(timeout=20)
+    assert process.returncode == 2
+    assert len(err.splitlines()) == 1 and "vanished while reading" in err and "20 messages received" in err
+    assert len(rows(tmp_path / "run.csv")) == 20
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_ending_it_by_force_loses_nothing(tmp_path, number):
+    with PtyPair() as cable:
+        process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--raw")
+        wait_for_lines(tmp_path / "run.csv", 1)
+        data = wire(*[(m.MARKER, marker_values(k)) for k in range(30)])
+        write_all(cable.device_a, data)
+        wait_for_lines(tmp_path / "run.csv", 31)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=20)
+    assert len(rows(tmp_path / "run.csv")) == 30
+    assert len((tmp_path / "run.jsonl").read_text().splitlines()) == 30
+    assert (tmp_path / "run.bin").read_bytes() == data
+    if number != signal.SIGKILL:
+        assert process.returncode == 0 and "30 messages received" in out and not err
+
+
+def test_seconds_end_it(tmp_path, capsys):
+    with PtyPair() as cable:
+        start_s = time.monotonic()
+        # opening a port drops what came before
+        sender = threading.Timer(0.2, write_all, (cable.device_a, wire((m.MARKER, marker_values(1)))))
+        sender.start()
+        code = cli.main(
+            ["log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--seconds", "0.5", "--quiet"]
+        )
+        assert code == 0 and 0.4 < time.monotonic() - start_s < 5
+    assert "1 messages received" in capsys.readouterr().out
+
+
+def test_live_view_shows_measures_and_health():
+    from rich.console import Console
+
+    receiver = Receiver()
+    view = LiveView("/dev/x")
+    encoder = protocol.Encoder()
+    count = encoder.encode(m.INFO, [0, 1, 0, 1, 0, 320, 240, 61, b"desk".ljust(16, b"\0"), bytes(12)])
+    data = bytes(encoder.buffer[:count])
+    data += wire(
+        (m.MARKER, marker_values(7)),
+        (m.MARKER, marker_values(8, 255, 0, m.MARKER_NONE)),
+        (m.MARKER, marker_values(9, 255, 0, m.MARKER_ID_UNCERTAIN | m.MARKER_NO_OFFSET)),
+        (
+            m.STATUS,
+            status_values(
+                rate_chz=6000, state=m.TRACKING, faults=2, last_fault=1, active_faults=1 << m.FAULT_STORAGE
+            ),
+        ),
+    )
+    for message in receiver.feed(data, 1.5):
+        view.add(message)
+    console = Console(width=160, record=True, file=open(os.devnull, "w"))  # noqa: SIM115
+    console.print(view.render(receiver.counters))
+    text = console.export_text()
+    for expected in ("123.4", "-56.7", "45.50", "none", "id uncertain, no offset", "TRACKING, 60.0 frames/s"):
+        assert expected in text, text
+    assert "faults 2 (storage, last: camera timeout)" in text and "board desk" in text
+
+
+def test_flag_text_of_no_flag():
+    assert flag_text(0) == ""
