@@ -4,6 +4,8 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (the backend comes first)
+import numpy as np  # noqa: E402
+from matplotlib.ticker import NullLocator  # noqa: E402
 
 from . import methods  # noqa: E402
 
@@ -25,6 +27,10 @@ def _save(figure, path):
     figure.savefig(path, dpi=110)
     plt.close(figure)
     return path
+
+
+def _plain(value, position):
+    return "%g" % value
 
 
 def _values(rows, key):
@@ -52,35 +58,52 @@ def sweep(title, axis, values, rows_of, path):
     rate.set_title("%s: detected (red: number of wrong IDs)" % title, fontsize=10)
     error.set_ylabel("centre error, median, px")
     error.set_yscale("log")
+    for axis_of in (error.yaxis.set_major_formatter, error.yaxis.set_minor_formatter):
+        axis_of(_plain)
+    error.tick_params(axis="y", which="minor", labelsize=7)
     error.set_title("%s: centre error" % title, fontsize=10)
     for axes in (rate, error):
         axes.set_xlabel(axis)
+        if values[0] > 0 and values[-1] >= 10 * values[0]:
+            axes.set_xscale("log")
+            axes.set_xticks(values, ["%g" % value for value in values])
+            axes.xaxis.set_minor_locator(NullLocator())
         axes.grid(alpha=0.3)
     rate.legend(fontsize=8)
     return _save(figure, path)
 
 
 def quality(results, path):
-    """Bars by preset: detected, wrong IDs, centre and heading error. results: {preset: {method: row}}."""
+    """By preset: bars of detected and wrong IDs, centre and heading error as median with a line to the 95th
+    percentile. results: {preset: {method: row}}."""
     names = list(next(iter(results.values())))
-    panels = (
-        ("detected_pct", "detected, %", False),
-        ("wrong_pct", "wrong IDs, %", False),
-        ("centre_p95_px", "centre error, 95th percentile, px", True),
-        ("heading_p95_deg", "heading error, 95th percentile, deg", True),
-    )
     figure, axes = plt.subplots(4, 1, figsize=(1.6 + 1.3 * len(results), 12), sharex=True)
     width = 0.85 / len(names)
-    for panel, (key, text, logarithmic) in zip(axes, panels, strict=True):
-        for i, name in enumerate(names):
-            places = [x + (i - (len(names) - 1) / 2) * width for x in range(len(results))]
-            rows = [results[preset][name] for preset in results]
-            panel.bar(places, _values(rows, key), width, color=_COLOURS[name], label=methods.label(name))
+    for i, name in enumerate(names):
+        look = dict(color=_COLOURS[name], label=methods.label(name))
+        places = np.arange(len(results)) + (i - (len(names) - 1) / 2) * width
+        rows = [results[preset][name] for preset in results]
+        axes[0].bar(places, _values(rows, "detected_pct"), width, **look)
+        axes[1].bar(places, _values(rows, "wrong_pct"), width, **look)
+        for panel, key in ((axes[2], "centre_%s_px"), (axes[3], "heading_%s_deg")):
+            median, p95 = (np.array(_values(rows, key % part)) for part in ("median", "p95"))
+            panel.errorbar(
+                places, median, [np.zeros_like(median), p95 - median], fmt="o", markersize=4, **look
+            )
+    texts = (
+        "detected, %",
+        "wrong IDs, %",
+        "centre error, median to p95, px",
+        "heading error, median to p95, deg",
+    )
+    for panel, text in zip(axes, texts, strict=True):
         panel.set_ylabel(text, fontsize=9)
         panel.grid(axis="y", alpha=0.3)
-        if logarithmic:
-            panel.set_yscale("log")
+    for panel in axes[2:]:
+        panel.set_yscale("log")
+        panel.yaxis.set_major_formatter(_plain)
     axes[0].set_ylim(0, 105)
+    axes[1].set_ylim(0, max(1.0, axes[1].get_ylim()[1]))
     axes[0].legend(fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     axes[-1].set_xticks(range(len(results)), list(results), rotation=20)
     return _save(figure, path)
