@@ -20,8 +20,8 @@ What the paper leaves open or contradicts, and what was assumed here:
   that an edge of either ring may have in that range.
 - The edge threshold is a number, as in the paper, or adapted to the frame: the strongest tenth of the
   pixels, but no gradient below 24.
-- The adaptive threshold in the window is the mean of a square of the size of the outer ring's radius, less
-  8 grey levels; the paper names the principle only.
+- The adaptive threshold in the window is the mean of a square half as wide as the outer ring's radius, less
+  a seventh of it; the paper names the principle only.
 - Where neighbouring angles share the maximum of H, the middle one is taken.
 - A maximum with fewer votes than three per pixel of radius is no marker; the paper has no such test. Apart
   from that the method always answers: clutter is read as a marker, and only one marker in a frame is found.
@@ -46,7 +46,7 @@ _LARGEST_MAGNITUDE = const(1442)  # isqrt(2 * 1020**2)
 _FAR_PX = const(100)  # votes farther away could overflow 16 bits
 _FLOOR = const(24)
 _STRONGEST = const(10)  # one pixel in ten
-_DARKER = const(8)
+_DARKER_Q8 = const(36)
 _VOTES_PER_RADIUS = const(3)
 
 
@@ -270,8 +270,8 @@ class PaperDetector:
             x0,
             y0,
             half,
-            (radius_q8 + 256) >> 9,
-            _DARKER,
+            (radius_q8 + 512) >> 10,
+            _DARKER_Q8,
         )
         sums = self.radial_sums
         kernels.radial_sums(self.window, self._sines, sums, half)

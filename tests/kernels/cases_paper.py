@@ -107,16 +107,16 @@ def count_radii(random):
 def binarise(random):
     width, height = 26, 22
     for frame in frames(width, height, random):
-        for x0, y0, half, box, offset in (
-            (13, 11, 8, 3, 8),
+        for x0, y0, half, box, share in (
+            (13, 11, 8, 3, 36),
             (0, 0, 5, 2, 0),
             (25, 21, 9, 30, 1),
             (20, 3, 0, 0, 255),
         ):
             window = random_bytes((2 * half + 1) * (2 * half + 1), random)
-            yield frame, window, ints(width, random), width, height, x0, y0, half, box, offset
+            yield frame, window, ints(width, random), width, height, x0, y0, half, box, share
     frame = view(pixels("white", 101, 101, random))  # the largest sum
-    yield frame, bytearray(9), zeros32(101), 101, 101, 50, 50, 1, 50, 255
+    yield frame, bytearray(9), zeros32(101), 101, 101, 50, 50, 1, 50, 0
     frame = view(pixels("noise", 1024, 2, random))
     yield frame, bytearray(41 * 41), zeros32(1024), 1024, 2, 1020, 1, 20, 9, 8
 

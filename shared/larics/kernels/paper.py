@@ -251,14 +251,14 @@ def binarise(
     y0: int,
     half: int,
     box: int,
-    offset: int,
+    share_q8: int,
 ):
-    """The local window around (x0, y0) as 1 (dark) and 0: dark is what lies more than `offset` below the mean
-    of the (2 box + 1) square around it. Outside the frame is 0, and no part of a mean.
+    """The local window around (x0, y0) as 1 (dark) and 0: dark lies more than share_q8 / 256 below the
+    mean of the (2 box + 1) square around it. Outside the frame is 0, and no part of a mean.
 
     window: (2 half + 1)**2 items, row by row; columns: `width` items of work space; (x0, y0) inside the
-    frame; half <= 150, box <= 50; offset 0..255.
-    Largest intermediate: (255 + 255) * 101**2 = 5.2e6.
+    frame; half <= 150, box <= 50; share_q8 0..255.
+    Largest intermediate: 255 * 101**2 << 8 = 6.7e8.
     """
     first = x0 - half - box  # the columns that matter
     if first < 0:
@@ -319,7 +319,7 @@ def binarise(
                         if right > width - 1:
                             right = width - 1
                         area = (lower - upper + 1) * (right - left + 1)
-                        if (int(gray[y * width + x]) + offset) * area < total:
+                        if (int(gray[y * width + x]) * area) << 8 < total * (256 - share_q8):
                             dark = 1
                     window[o] = dark
                     o += 1
