@@ -15,8 +15,9 @@ class Truth:
     time_us             mid-exposure of the row on which the marker's centre lies (no marker: the middle row)
     id                  0..7, or None
     x_px, y_px          projected marker centre
-    heading_deg         image angle of the orientation line at the centre, counterclockwise as seen, 0..360;
-                        of a tag: of its bitmap's rows, from the left column to the right
+    heading_deg         image angle from the projected centre to the projected middle of the orientation line,
+                        counterclockwise as seen, 0..360 (a lens bends what lies between them);
+                        of a tag: of its bitmap's middle row, from the left side to the right
     radius_px           outer ring in the image: geometric mean of the ellipse's half axes
     vehicle_*           vehicle in the map at time_us
     marker_*            marker in the map, its heading that of the orientation line

@@ -97,8 +97,8 @@ def paint_ceiling(albedo, plane, texture, surface):
     """Fill `albedo` (float32, white plate = 1) with the bare ceiling: colour, speckle, stains, tile joints.
 
     surface  float64 [17]: origin x, y of the texture relative to the plane's; reflectance; speckle strength,
-             1 / cell; stain strength, 1 / cell; tile width, length (0: no tiles), cos, sin of its angle, joint
-             half width, joint reflectance factor, tile tint; perforation pitch, radius (0: none), ramp (mm)
+             1 / cell; stain strength, 1 / cell; tile width, length (0: no tiles), cos, sin of its angle;
+             joint half width and reflectance factor, tile tint; perforation pitch, radius (0: none); ramp, mm
     """
     origin_x, origin_y, base = surface[0], surface[1], surface[2]
     speckle, fine = surface[3], surface[4]

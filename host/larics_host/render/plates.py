@@ -46,6 +46,18 @@ class Plate:
         """Radius of the outer ring, to the centre of its line (a tag has none; the footprint is equal)."""
         return self.family.outer_mm10 / 10
 
+    @property
+    def pointer_mm(self):
+        """Two places on the u axis between which the image heading is measured.
+
+        A LARICS marker shows its direction by a line at some distance from the centre: from the centre to the
+        middle of that line. A tag shows it by its left and right sides alike.
+        """
+        if self.target == "larics":
+            return 0.0, (self.family.outer_mm10 + self.family.orientation_end_mm10) / 20
+        half = tag_side_mm(self.target, self.radius_mm) / 2
+        return -half, half
+
     def pattern(self):
         """The ink as the sampling kernel takes it.
 

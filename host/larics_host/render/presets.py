@@ -39,8 +39,8 @@ class Preset:
     exposure_us, speed_mm_s, turn_deg_s, tilt_deg
     markers        how many; place: "inside", or "border" to be cut off by the frame
     circles, straight   pieces of furniture in a view of one square metre
-    lamp_share     that there are lamps, `lamp_grey` how bright; glare, shadow, dirt, block: share of frames
-                   with a bright patch on the plate, shadows, dirt on the plate, something in front of it
+    lamp_share     that there are lamps, `lamp_grey` how bright; share of frames with glare (a bright patch
+                   on the plate), a shadow anywhere, the edge of one on the plate, dirt, something in the way
     jpeg_share     that the frame went through JPEG of a quality of 60 to 95
     """
 
@@ -64,6 +64,7 @@ class Preset:
     lamp_grey: tuple = (200.0, 600.0)
     glare: float = 0.0
     shadow: float = 0.3
+    edge: float = 0.0
     dirt: float = 0.1
     block: float = 0.0
     jpeg_share: float = 0.3
@@ -110,8 +111,9 @@ PRESETS = {
         lamp_share=0.5,
         glare=0.5,
         shadow=0.7,
+        edge=0.5,
         dirt=0.7,
-        block=0.3,
+        block=0.35,
         jpeg_share=0.5,
     ),
     "multi": replace(SUNNY, summary="two to four markers", markers=(2, 4)),
@@ -184,8 +186,8 @@ def draw_camera(name, seed, width, height, radius_px, lens=None):
     # about 30 degrees of view at a ring of 30 px, wider and narrower within what lenses do
     focal = float(np.clip(20.0 * radius_px, 0.75 * width, 2.2 * width)) * rng.uniform(0.95, 1.05)
     half_diagonal = math.hypot(width, height) / 2 / focal
-    # 1 % of distortion in the corner of a normal lens, more for wide angles
-    strength = min(0.02 + 0.12 * half_diagonal**2, 0.08) / half_diagonal**2
+    # at most 2.5 % of distortion in the corner of a normal lens, more of a wide one
+    strength = min(0.01 + 0.1 * half_diagonal**2, 0.08) / half_diagonal**2
     k1 = rng.uniform(-1.0, 0.3) * strength
     k2 = rng.uniform(-0.1, 0.1) * strength / half_diagonal**2
     k1, k2 = lens if lens is not None else (k1, k2)
@@ -332,10 +334,11 @@ def _draw_scene(rng, preset, camera, vehicle, ceiling_mm, contrast, plates, occl
     # the region is the upright box around a turned view
     share = (high[0] - low[0]) * (high[1] - low[1]) * 1e-6 / view_m2
 
+    # larger views hold more, but not without end
+    density = share * min(max(view_m2 / 2, 0.7), 4.0)
+
     def count(span):
-        # larger views hold more, but not without end
-        density = share * min(max(view_m2 / 2, 0.7), 4.0)
-        return int(round(rng.uniform(span[0] - 0.49, span[1] + 0.49) * density))
+        return int(round(rng.integers(span[0], span[1] + 1) * density))
 
     surface = clutter.draw_surface(rng)
     keep_out = np.array([(p.pose.x_mm, p.pose.y_mm, p.radius_mm + 5) for p in plates]).reshape(-1, 3)
@@ -352,8 +355,10 @@ def _draw_scene(rng, preset, camera, vehicle, ceiling_mm, contrast, plates, occl
         x, y, radius = plate.pose.x_mm, plate.pose.y_mm, plate.radius_mm
         if rng.random() < preset.dirt:
             shades += clutter.draw_dirt(rng, x, y, radius, int(rng.integers(2, 14)))
+        if rng.random() < preset.edge:
+            shades += clutter.draw_shadows(rng, (x - radius, y - radius, x + radius, y + radius), 1)
         if rng.random() < preset.glare:
-            lamps.append(clutter.draw_glare(rng, x, y, rng.uniform(60, 330), rng.uniform(0.2, 1.2)))
+            lamps.append(clutter.draw_glare(rng, x, y, rng.uniform(0, 330), rng.uniform(0.2, 2.5)))
         direction = rng.uniform(0, 2 * math.pi)
         if occlusion:
             occluders.append(_cover(plate, occlusion, direction))

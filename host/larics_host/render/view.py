@@ -56,12 +56,13 @@ def _plate_truth(plate, ceiling_mm, pose, motion, camera):
     center = np.array([plate.pose.x_mm, plate.pose.y_mm])
     heading = math.radians(plate.pose.heading_deg)
     along = np.array([math.cos(heading), math.sin(heading)])
-    # the centre, two points by which to tell the direction, and the outer ring
-    points = np.concatenate([[center, center + along, center - along], center + plate.ring_mm * CIRCLE])
+    # the centre, the two ends of what tells the direction, and the outer ring
+    tail, head = plate.pointer_mm
+    points = [center, center + tail * along, center + head * along, *(center + plate.ring_mm * CIRCLE)]
     pixels, seconds = camera.capture(points, ceiling_mm, pose, motion)
     if np.isnan(pixels).any():
         return None
-    direction = pixels[1] - pixels[2]
+    direction = pixels[2] - pixels[1]
     ring = pixels[3:]
     inside = (ring > -0.5).all(axis=1) & (ring < (camera.width - 0.5, camera.height - 0.5)).all(axis=1)
     # area of the polygon; a regular polygon in an ellipse misses a known share of it
