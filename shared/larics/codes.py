@@ -88,6 +88,14 @@ ENUMS = (
             ("FAULT_CAMERA", m.FAULT_CAMERA, "the camera driver reported an error"),
             ("FAULT_COMMAND", m.FAULT_COMMAND, "a command ended in an exception"),
             ("FAULT_LOOP", m.FAULT_LOOP, "exception outside of camera, detection and commands"),
+            ("FAULT_MARKER_UNKNOWN", m.FAULT_MARKER_UNKNOWN, "a marker that is not in the map"),
+            ("FAULT_MARKER_HEIGHT", m.FAULT_MARKER_HEIGHT, "a marker whose size contradicts its height"),
+            (
+                "FAULT_MARKER_PLACE",
+                m.FAULT_MARKER_PLACE,
+                "a marker where it cannot be: misread, moved, or the vehicle was moved",
+            ),
+            ("FAULT_ROUTE", m.FAULT_ROUTE, "a wrong, missing or unexpected marker on the route"),
         ),
     ),
 )

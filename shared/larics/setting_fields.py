@@ -173,13 +173,16 @@ FIELDS = (
         0,
         0,
         "",
-        "where the markers are: ID, place and direction of the orientation line, map frame",
+        "where the markers are: ID, place and direction of the orientation line in the map frame, height "
+        "in the vehicle frame (0: ceiling_mm10), radius of the outer ring (0: outer_mm10)",
         length=63,
         columns=(
             ("id", 0, 254),
             ("x_mm", -10000000, 10000000),
             ("y_mm", -10000000, 10000000),
             ("heading_cdeg", 0, 35999),
+            ("z_mm10", 0, 300000),
+            ("outer_mm10", 0, 4000),
         ),
     ),
 )

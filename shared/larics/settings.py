@@ -17,6 +17,8 @@ On the wire every setting is a list of numbers (`numbers`, `set_numbers`): bool 
 index, a table its rows one after the other.
 """
 
+from larics.markermap import map_reason
+from larics.route import route_reason
 from larics.setting_fields import FIELDS
 
 VERSION = 1
@@ -68,11 +70,9 @@ def conflict(values):
         )
     if 0 in values["allowed_ids"] and not values["allow_id0"]:
         return "allowed_ids has ID 0, but allow_id0 is false"
-    ids = [row[0] for row in values["map"]]
-    for marker_id in ids:
-        if ids.count(marker_id) > 1:
-            return "map has marker %d more than once" % marker_id
-    return None
+    return map_reason(
+        values["map"], values["allowed_ids"], values["outer_mm10"], values["camera_z_mm10"]
+    ) or route_reason(values["route"], values["map"])
 
 
 class Settings:

@@ -55,9 +55,9 @@ def test_other_kinds():
     assert "must be a list" in s.validate("route", 5)
     assert "route[1] = 300" in s.validate("route", [1, 300])
     assert "at most 64" in s.validate("route", [1] * 65)
-    assert s.validate("map", [[1, 0, -5000, 9000]]) is None
+    assert s.validate("map", [[1, 0, -5000, 9000, 0, 0]]) is None
     assert "map[0]" in s.validate("map", [[1, 0, 0]])
-    assert "map[1]" in s.validate("map", [[1, 0, 0, 0], [2, 0, 0, 36000]])
+    assert "map[1]" in s.validate("map", [[1, 0, 0, 0, 0, 0], [2, 0, 0, 36000, 0, 0]])
     assert "no setting" in s.validate("colour", 1)
 
 
@@ -69,7 +69,9 @@ def test_conflicts():
     _refused({"line_mm10": 600}, "outer_mm10")
     _refused({"ceiling_mm10": 100, "camera_z_mm10": 100}, "ceiling_mm10")
     _refused({"allowed_ids": [0, 1]}, "allow_id0")
-    _refused({"map": [[1, 0, 0, 0], [1, 1, 1, 1]]}, "marker 1")
+    _refused({"map": [[1, 0, 0, 0, 0, 0], [1, 1, 1, 1, 0, 0]]}, "marker 1 twice")
+    _refused({"map": [[1, 0, 0, 0, 0, 0]], "route": [1, 2]}, "route step 2", "marker 2")
+    _refused({"route": [1, 1]}, "route step 2", "impossible step")
     _refused({"version": 2}, "version 2")
     s.Settings({"allowed_ids": [0, 1], "allow_id0": True})
 
@@ -88,14 +90,19 @@ def test_values_are_copied():
 
 def test_wire_numbers_round_trip():
     settings = s.Settings(
-        {"output": "mavlink", "mirrored": True, "route": [3, 1, 2], "map": [[1, -5, 6, 7], [2, 8, 9, 10]]}
+        {
+            "output": "mavlink",
+            "mirrored": True,
+            "route": [1, 2, 1],
+            "map": [[1, -5, 6, 7, 0, 0], [2, 8, 999, 10, 25000, 750]],
+        }
     )
     for field in FIELDS:
         value = getattr(settings, field.name)
         numbers = field.numbers(value)
         assert len(numbers) <= field.most_numbers()
         assert field.value(numbers) == value
-    assert s.field("map").numbers(settings.map) == [1, -5, 6, 7, 2, 8, 9, 10]
+    assert s.field("map").numbers(settings.map) == [1, -5, 6, 7, 0, 0, 2, 8, 999, 10, 25000, 750]
     assert s.field("map").value([1, 2, 3]) is None
     assert s.field("baud").value([1, 2]) is None
     assert s.field("baud").reason(s.field("baud").value([99])) is not None

@@ -1,0 +1,377 @@
+"""The vehicle in the map: from what the camera measured, frame by frame, in integers only.
+
+TRACKING  measured in this frame, from every marker that fits
+COASTING  no usable marker; carried on at the last speed and turn rate, with a growing sigma
+LOST      nothing to go by; the numbers are the last known ones
+
+A marker that cannot be is never believed silently. One that is not in the map, that has the wrong size
+for its height, or that would put the vehicle where it cannot have come, is refused and named by `fault`.
+Only when several frames in a row agree on the new place, was the vehicle really moved there.
+All values stay within +-2**30 and a frame allocates nothing.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.fixed import (
+    atan2_turn16,
+    cdeg_from_turn16,
+    cos_q14,
+    isqrt,
+    sin_q14,
+    turn16_from_cdeg,
+    wrap_cdeg,
+)
+from larics.messages import (
+    COASTING,
+    COUNT_MAX,
+    FAULT_MARKER_HEIGHT,
+    FAULT_MARKER_PLACE,
+    FAULT_MARKER_UNKNOWN,
+    ID_NONE,
+    LOST,
+    SIGMA_UNKNOWN,
+    TRACKING,
+)
+
+MAX_MARKERS = const(8)  # used of one frame
+_AGREE_LOST = const(2)  # frames (or markers) that must agree on a place when there was none ...
+_AGREE_MOVED = const(3)  # ... and when the place contradicts what was known
+_GATE_MM10 = const(500)  # a measurement may differ from the prediction by this, 6 sigma, and what an
+_GATE_CDEG = const(500)  # acceleration makes of the time since the last one:
+_ACCELERATION_MM10_S2 = const(50000)
+_TURN_ACCELERATION_CDEG_S2 = const(72000)
+_COAST_ACCELERATION_MM10_S2 = const(3000)  # typical, not possible: for sigma while coasting
+_COAST_TURN_CDEG_S2 = const(6000)
+_FLOOR_MM10 = const(3)
+_FLOOR_CDEG = const(2)
+_START_MM10 = const(50)  # sigma before there are residuals
+_START_CDEG = const(30)
+_MEMORY = const(16)  # frames over which residuals are averaged
+_MAX_SPEED_MM10_S = const(100000)
+_MAX_TURN_CDEG_S = const(72000)
+_SMOOTH_H = const(1000)  # time constant of the speed estimate, in the unit of 100 us ("_h")
+
+
+def _times_q14(value, factor_q14):
+    """value * factor / 2**14, rounded; |value| < 2**21, |factor| <= 2**14."""
+    return ((value >> 6) * factor_q14 + ((value & 63) * factor_q14 >> 6) + 128) >> 8
+
+
+def _rate(difference, time_h, limit):
+    """Change per second of a difference over a time in 100 us, clamped."""
+    if abs(difference) > 100000:
+        return limit if difference > 0 else -limit
+    return max(-limit, min(limit, difference * 10000 // time_h))
+
+
+def _grown(acceleration, time_h, limit):
+    """Half the acceleration times the time squared, at most `limit`."""
+    if time_h > 30000:
+        return limit
+    time_ms = time_h // 10
+    return min(limit, (acceleration >> 4) * time_ms // 1000 * time_ms // 125)
+
+
+def direction_cdeg(x, y):
+    """Direction of a vector, 0..35999, of components within +-2**29; 0 for the null vector."""
+    while abs(x) >= 1 << 21 or abs(y) >= 1 << 21:
+        x >>= 1
+        y >>= 1
+    return cdeg_from_turn16(atan2_turn16(y, x))
+
+
+class Residuals:
+    """The noise of one coordinate, from how far its values stray from straight lines: no model of the
+    drive is needed, and what it cannot tell from noise (hard acceleration) makes it larger, not smaller."""
+
+    def __init__(self, start):
+        self.start = start
+        self.reset()
+
+    def reset(self):
+        self.square = self.start * self.start * _MEMORY
+
+    def add(self, before, last, now, before_h, last_h):
+        """Three values as differences to any near origin; the times between them, 100 us."""
+        q8 = (last_h << 8) // before_h
+        if q8 > 1024:  # the line through the first two says nothing that far on
+            return
+        residual = now - last - ((last - before) * q8 >> 8)
+        residual = max(-4000, min(4000, residual))
+        spread_q8 = 512 + 2 * q8 + (q8 * q8 >> 7)  # 1 + (1 + q)**2 + q**2
+        square = (residual * residual << 6) // (spread_q8 >> 2)
+        self.square += square - self.square // _MEMORY
+
+    def sigma(self, floor):
+        return max(floor, isqrt(self.square // _MEMORY))
+
+
+class Localizer:
+    """Pose of the vehicle in a MarkerMap.
+
+    coast_us        how long to carry on without a marker before LOST
+    speed_mm_s      fastest drive: how far two frames may lie apart that agree on an unexpected place
+    tolerance_q8    how far the ring's size may contradict the marker's known height, 1/256 of it
+
+    After `update`: state, x_mm10, y_mm10, heading_cdeg (0..35999), sigma_mm10, sigma_cdeg (SIGMA_UNKNOWN
+    when LOST), age_us since the last measurement, marker_id and entry of that one (ID_NONE and -1 before
+    the first), fault (0, or why a marker of this frame was refused), rejects (markers refused since
+    start), moves (times that the vehicle was found to have been moved).
+    """
+
+    def __init__(self, marker_map, coast_us=1000000, speed_mm_s=2000, tolerance_q8=20):
+        self.map = marker_map
+        self.coast_us = coast_us
+        self.speed_mm_s = speed_mm_s
+        self.tolerance_q8 = tolerance_q8
+        self.state = LOST
+        self.x_mm10 = self.y_mm10 = self.heading_cdeg = 0
+        self.sigma_mm10 = self.sigma_cdeg = SIGMA_UNKNOWN
+        self.age_us = COUNT_MAX
+        self.marker_id = ID_NONE
+        self.entry = -1
+        self.hint = -1  # entry that the route expects: decides between places of the same ID
+        self.fault = 0
+        self.rejects = self.moves = 0
+        self._fix_us = 0  # time of the last measurement, and what it said
+        self._forward = self._left = self._turn = 0  # vehicle frame, 0.1 mm/s and 0.01 degrees/s
+        self._history = array("i", [0] * 8)  # x, y, heading, 100 us to the next: of the last two
+        self._known = 0
+        self._noise = (Residuals(_START_MM10), Residuals(_START_MM10), Residuals(_START_CDEG))
+        self._guess = array("i", [0] * 3)  # prediction for this frame
+        self._seen = array("i", [0] * (4 * MAX_MARKERS))  # x, y, heading, entry of each accepted marker
+        self._there = array("i", [0] * 3)  # the new place that several frames must agree on
+        self._there_us = 0
+        self._agreed = 0
+
+    def entry_for(self, marker_id):
+        """The entry whose height and size a marker with this ID has (alike for all places), or -1."""
+        return self.map.find(marker_id)
+
+    def update(self, measurements, count, time_us):
+        """Takes the first `count` Measurements of a frame captured at time_us (any clock modulo 2**30).
+
+        Returns the state. Call it for every frame, also for those without a marker."""
+        self.fault = 0
+        passed_us = (time_us - self._fix_us) & COUNT_MAX
+        if self.age_us == COUNT_MAX or passed_us > COUNT_MAX >> 1:
+            passed_us = COUNT_MAX
+        self.age_us = passed_us
+        if self.state == TRACKING:
+            self.state = COASTING
+        if self.state == COASTING and passed_us > self.coast_us:
+            self.state = LOST
+            self._agreed = 0
+        if self.state == COASTING:
+            self._predict(passed_us // 100)
+        used = self._compare(measurements, min(count, MAX_MARKERS), passed_us // 100)
+        if used == 0 and count:
+            used = self._relocate(measurements, min(count, MAX_MARKERS), time_us)
+        if used:
+            self._fix(used, time_us, passed_us)
+        elif self.state == COASTING:
+            self._coast(passed_us // 100)
+        else:
+            self.sigma_mm10 = self.sigma_cdeg = SIGMA_UNKNOWN
+        return self.state
+
+    def bearing_cdeg(self, x_mm10, y_mm10):
+        """Direction of a place of the map in the vehicle frame, 0..35999."""
+        return (direction_cdeg(x_mm10 - self.x_mm10, y_mm10 - self.y_mm10) - self.heading_cdeg) % 36000
+
+    def _predict(self, time_h):
+        """The last measurement carried on along an arc."""
+        time_h = min(time_h, 30000)
+        turned = self._turn * (time_h // 10) // 1000
+        middle = turn16_from_cdeg(self._history[6] + turned // 2)
+        ahead = self._forward * (time_h // 10) // 1000
+        aside = self._left * (time_h // 10) // 1000
+        sin, cos = sin_q14(middle), cos_q14(middle)
+        guess = self._guess
+        guess[0] = self._history[4] + _times_q14(ahead, cos) - _times_q14(aside, sin)
+        guess[1] = self._history[5] + _times_q14(ahead, sin) + _times_q14(aside, cos)
+        guess[2] = self._history[6] + turned
+
+    def _usable(self, measurement, tell):
+        """The first entry of a measurement that could be what it says; -1 otherwise, with a fault if told."""
+        if measurement.marker_id < 0:
+            return -1
+        entry = self.map.find(measurement.marker_id)
+        if entry < 0:
+            if tell:
+                self._refuse(FAULT_MARKER_UNKNOWN)
+            return -1
+        difference = abs(measurement.ring_height_mm10 - measurement.height_mm10)
+        if difference << 8 > self.tolerance_q8 * measurement.height_mm10:
+            if tell:
+                self._refuse(FAULT_MARKER_HEIGHT)
+            return -1
+        return entry
+
+    def _refuse(self, fault):
+        self.fault = fault
+        self.rejects = (self.rejects + 1) & COUNT_MAX
+
+    def _place(self, measurement, entry, at):
+        """Where a measurement of this entry puts the vehicle, into self._seen[at:at + 4]."""
+        marker_map, seen = self.map, self._seen
+        heading = (marker_map.heading_cdeg[entry] - measurement.heading_cdeg) % 36000
+        turn16 = turn16_from_cdeg(heading)
+        sin, cos = sin_q14(turn16), cos_q14(turn16)
+        x, y = measurement.offset_x_mm10, measurement.offset_y_mm10
+        seen[at] = marker_map.x_mm10[entry] - _times_q14(x, cos) + _times_q14(y, sin)
+        seen[at + 1] = marker_map.y_mm10[entry] - _times_q14(x, sin) - _times_q14(y, cos)
+        seen[at + 2] = heading
+        seen[at + 3] = entry
+
+    def _is_near(self, at, pose, time_h, speed_mm_s):
+        """Whether self._seen[at:] is where a vehicle expected at `pose` can be after that time, when its
+        speed was known up to speed_mm_s."""
+        seen = self._seen
+        lost = self.state == LOST
+        reach = _GATE_MM10 + _grown(_ACCELERATION_MM10_S2, time_h, 100000)
+        reach += speed_mm_s * min(time_h, 10000) // 1000 + (0 if lost else 6 * min(self.sigma_mm10, 1000))
+        if abs(seen[at] - pose[0]) > reach or abs(seen[at + 1] - pose[1]) > reach:
+            return False
+        reach = _GATE_CDEG + (0 if lost else 6 * min(self.sigma_cdeg, 500))
+        reach += _grown(_TURN_ACCELERATION_CDEG_S2, time_h, 18000)
+        return abs(wrap_cdeg(seen[at + 2] - pose[2])) <= reach
+
+    def _compare(self, measurements, count, time_h):
+        """Collects the measurements that fit the prediction; returns how many."""
+        if self.state == LOST:
+            return 0
+        used = 0
+        for k in range(count):
+            measurement = measurements[k]
+            entry = self._usable(measurement, True)
+            if entry < 0:
+                continue
+            while entry >= 0:
+                self._place(measurement, entry, 4 * used)
+                if self._is_near(4 * used, self._guess, time_h, 0):
+                    used += 1
+                    break
+                entry = self.map.find(measurement.marker_id, entry + 1)
+            else:
+                self._refuse(FAULT_MARKER_PLACE)
+        return used
+
+    def _relocate(self, measurements, count, time_us):
+        """A place without or against a prediction: counts until enough frames agree; then how many used."""
+        lost = self.state == LOST
+        there, seen = self._there, self._seen
+        passed_us = (time_us - self._there_us) & COUNT_MAX
+        time_h = passed_us // 100
+        if passed_us > self.coast_us:
+            self._agreed = 0
+        found = 0
+        for k in range(count):
+            measurement = measurements[k]
+            entry = self._usable(measurement, lost)
+            if entry < 0:
+                continue
+            at = 4 * found
+            if found:
+                time_h = 0
+            if not self._choose(measurement, entry, at, time_h):
+                continue
+            near = self._agreed and self._is_near(at, there, time_h, self.speed_mm_s)
+            if found == 0:
+                self._agreed = self._agreed + 1 if near else 1
+                there[0], there[1] = seen[0], seen[1]
+                there[2] = seen[2]
+                found = 1
+            elif near:
+                self._agreed += 1
+                found += 1
+        if found == 0:
+            return 0
+        self._there_us = time_us
+        if self._agreed < (_AGREE_LOST if lost else _AGREE_MOVED):
+            return 0
+        if not lost:
+            self.moves = (self.moves + 1) & COUNT_MAX
+        self._known = 0
+        self._forward = self._left = self._turn = 0
+        return found
+
+    def _choose(self, measurement, entry, at, time_h):
+        """Places a measurement without prediction at its only place, or at that of its places which agrees
+        with the frames before, or at the one the route expects; False when that leaves it open."""
+        only = self.map.find(measurement.marker_id, entry + 1) < 0
+        while entry >= 0:
+            self._place(measurement, entry, at)
+            if only or (self._agreed and self._is_near(at, self._there, time_h, self.speed_mm_s)):
+                return True
+            entry = self.map.find(measurement.marker_id, entry + 1)
+        if self.hint >= 0 and self.map.ids[self.hint] == measurement.marker_id:
+            self._place(measurement, self.hint, at)
+            return True
+        return False
+
+    def _fix(self, used, time_us, passed_us):
+        """The mean of the first `used` places becomes the pose; noise and speed are learned from it."""
+        seen = self._seen
+        x = y = turned = 0
+        for at in range(0, 4 * used, 4):
+            x += seen[at] - seen[0]
+            y += seen[at + 1] - seen[1]
+            turned += wrap_cdeg(seen[at + 2] - seen[2])
+        self.x_mm10 = x = seen[0] + x // used
+        self.y_mm10 = y = seen[1] + y // used
+        self.heading_cdeg = heading = (seen[2] + turned // used) % 36000
+        self.entry = seen[3]
+        self.marker_id = self.map.ids[self.entry]
+        history = self._history
+        last_h = max(1, passed_us // 100)
+        if self._known and passed_us <= self.coast_us:
+            forward_h = history[3]
+            turned = wrap_cdeg(heading - history[6])
+            if self._known > 1:
+                self._noise[0].add(history[0] - history[4], 0, x - history[4], forward_h, last_h)
+                self._noise[1].add(history[1] - history[5], 0, y - history[5], forward_h, last_h)
+                self._noise[2].add(wrap_cdeg(history[2] - history[6]), 0, turned, forward_h, last_h)
+            self._learn_speed(x - history[4], y - history[5], turned, last_h)
+            history[0], history[1] = history[4], history[5]
+            history[2], history[3] = history[6], last_h
+            self._known = 2
+        else:
+            for noise in self._noise:
+                noise.reset()
+            self._known = 1
+        history[4], history[5] = x, y
+        history[6] = heading
+        self.sigma_mm10 = max(self._noise[0].sigma(_FLOOR_MM10), self._noise[1].sigma(_FLOOR_MM10))
+        self.sigma_cdeg = self._noise[2].sigma(_FLOOR_CDEG)
+        self._fix_us = time_us & COUNT_MAX
+        self.age_us = 0
+        self._agreed = 0
+        self.state = TRACKING
+
+    def _learn_speed(self, dx, dy, turned, time_h):
+        middle = turn16_from_cdeg(self._history[6] + turned // 2)
+        sin, cos = sin_q14(middle), cos_q14(middle)
+        dx, dy = max(-100000, min(100000, dx)), max(-100000, min(100000, dy))
+        forward = _rate(_times_q14(dx, cos) + _times_q14(dy, sin), time_h, _MAX_SPEED_MM10_S)
+        left = _rate(_times_q14(dy, cos) - _times_q14(dx, sin), time_h, _MAX_SPEED_MM10_S)
+        turn = _rate(turned, time_h, _MAX_TURN_CDEG_S)
+        share_q8 = (time_h << 8) // (time_h + _SMOOTH_H) if self._known > 1 else 256
+        self._forward += (forward - self._forward) * share_q8 >> 8
+        self._left += (left - self._left) * share_q8 >> 8
+        self._turn += (turn - self._turn) * share_q8 >> 8
+
+    def _coast(self, time_h):
+        guess = self._guess
+        self.x_mm10, self.y_mm10 = guess[0], guess[1]
+        self.heading_cdeg = guess[2] % 36000
+        noise = self._noise
+        self.sigma_mm10 = max(noise[0].sigma(_FLOOR_MM10), noise[1].sigma(_FLOOR_MM10)) + _grown(
+            _COAST_ACCELERATION_MM10_S2, time_h, 60000
+        )
+        self.sigma_cdeg = noise[2].sigma(_FLOOR_CDEG) + _grown(_COAST_TURN_CDEG_S2, time_h, 18000)
