@@ -36,13 +36,17 @@ def write_frames(folder, presets, seed, count, radius_px):
 
 
 def parse(text):
-    """What on_interpreter.py printed -> dictionary: platform, loop, memory, frames (ticks, found, ID)."""
-    result = {"frames": []}
+    """What on_interpreter.py printed, as a dictionary.
+
+    platform, loop and memory as printed, frames [(ticks, found, ID)], kernels {name: (ticks, calls)}."""
+    result = {"frames": [], "kernels": {}}
     for line in text.splitlines():
         key, *words = line.split()
         if key == "frame":
             number = None if words[2] == "-" else int(words[2])
             result["frames"].append((int(words[0]), int(words[1]), number))
+        elif key == "kernel":
+            result["kernels"][words[2]] = (int(words[0]), int(words[1]))
         elif key == "loop":
             result["loop"] = [int(word) for word in words]
         elif key == "memory":
@@ -70,7 +74,8 @@ def command(text):
 def measure(interpreter, paths, method, radius_range):
     """Runs a method over raw frames on an interpreter; returns a summary or raises RuntimeError.
 
-    mean, median and max are milliseconds, or million instructions when `unit` says so."""
+    mean, median and max are milliseconds, or million instructions when `unit` says so; kernels holds for each
+    viper function the same unit and the number of calls, both a frame."""
     words = [*interpreter, SCRIPT, method, *radius_range, frames.WIDTH, frames.HEIGHT, *paths]
     environment = dict(os.environ, MICROPYPATH="shared:.frozen")
     done = subprocess.run(
@@ -90,5 +95,9 @@ def measure(interpreter, paths, method, radius_range):
         "max": float(cost.max()),
         "memory": result.get("memory"),
         "found": sum(found > 0 for _, found, _ in result["frames"]),
+        "kernels": {
+            name: (ticks / 1000 / len(cost), calls / len(cost))
+            for name, (ticks, calls) in sorted(result["kernels"].items(), key=lambda item: -item[1][0])
+        },
         "ids": [number for _, _, number in result["frames"]],
     }

@@ -4,7 +4,7 @@
 
 Prints `key value...` lines: `loop` (two measurements of 10,000 empty viper turns, to tell an
 instruction counter from a clock), `memory` (bytes of the detector's buffers), one `frame` a file: ticks,
-number of detections, first ID.
+number of detections, first ID; and from a second pass one `kernel` a viper function: ticks, calls, name.
 """
 
 import gc
@@ -40,6 +40,34 @@ def _make(method, low, high, width, height):
     return Detector(width, height, radius_min_px=low, radius_max_px=high)
 
 
+def _count_kernels(totals):
+    """Wraps every function of the kernel modules that are loaded; totals: {name: [ticks, calls]}."""
+
+    def wrapped(function, total):
+        def call(*values):
+            start = time.ticks_us()
+            result = function(*values)
+            total[0] += time.ticks_diff(time.ticks_us(), start)
+            total[1] += 1
+            return result
+
+        return call
+
+    for path, module in list(sys.modules.items()):
+        if not path.startswith("larics.kernels."):
+            continue
+        for name in dir(module):
+            function = getattr(module, name)
+            if callable(function) and name not in ("const", "table16", "frame_view"):
+                total = totals.setdefault(path.split(".")[-1] + "." + name, [0, 0])
+                setattr(module, name, wrapped(function, total))
+
+
+def _read(name, frame):
+    with open(name, "rb") as file:
+        file.readinto(frame)
+
+
 def main(method, low, high, width, height, names):
     print("platform", sys.platform)
     print("loop", _ticks(_turns, TURNS)[0], _ticks(_turns, TURNS)[0])
@@ -48,12 +76,19 @@ def main(method, low, high, width, height, names):
         print("memory", detector.memory())
     frame = bytearray(width * height)
     for i, name in enumerate(names):
-        with open(name, "rb") as file:
-            file.readinto(frame)
+        _read(name, frame)
         if i == 0:
             detector.detect(frame)  # what happens once is not the cost of a frame
         ticks, found = _ticks(detector.detect, frame)
         print("frame", ticks, len(found), found[0].marker_id if found else "-")
+    totals = {}
+    _count_kernels(totals)
+    for name in names:
+        _read(name, frame)
+        detector.detect(frame)
+    for name, (ticks, calls) in totals.items():
+        if calls:
+            print("kernel", ticks, calls, name)
 
 
 main(sys.argv[1], *[int(word) for word in sys.argv[2:6]], sys.argv[6:])

@@ -90,6 +90,13 @@ def cost(by_job):
         lines.append(
             counts + "%9.3f%9.3f%9.3f%10s" % (row["mean"], row["median"], row["max"], row["memory"] or "-")
         )
+    for job, row in by_job.items():
+        if not row["kernels"]:
+            continue
+        lines += ["", "%s: mean a frame by kernel (%s, calls)" % (job, row["unit"])]
+        lines += ["  %-34s%8.3f%8.1f" % (name, *cost) for name, cost in row["kernels"].items()]
+        rest = row["mean"] - sum(cost for cost, _ in row["kernels"].values())
+        lines.append("  %-34s%8.3f" % ("everything else", rest))
     return "\n".join(lines)
 
 
