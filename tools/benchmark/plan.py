@@ -29,7 +29,7 @@ class Sweep(NamedTuple):
 
 
 SWEEPS = {
-    "contrast": Sweep("Contrast", "grey levels", "sunny", "contrast", (3, 4, 5, 6, 8, 12, 20, 40)),
+    "contrast": Sweep("Contrast", "grey levels", "cloudy", "contrast", (3, 4, 5, 6, 8, 12, 20, 40)),
     "blur": Sweep("Motion blur", "length, px", "sunny", "blur_px", (0, 2, 4, 6, 8, 10, 12, 16)),
     "defocus": Sweep("Defocus", "sigma, px", "sunny", "defocus_px", (0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4)),
     "radius": Sweep("Size", "outer ring, px", "sunny", "radius_px", (5, 6, 7, 8, 10, 15, 20, 30, 45, 60)),
