@@ -72,13 +72,13 @@ class Encoder:
     def encode(self, number, values):
         """Encodes the values, in field order, as a message of this type; returns n: send buffer[:n].
 
-        An item of a byte field ("64s") is a buffer of exactly that length. ValueError for an unknown
-        type, a wrong number of values, or a value out of its range.
+        An item of a byte field ("64s") is a buffer of exactly that length; a reused list of values may
+        be longer than the fields. ValueError for an unknown type, too few values, or one out of range.
         """
         layout = _LAYOUTS.get(number)
         if layout is None:
             raise ValueError("message type %d is unknown" % number)
-        if len(values) != len(layout.sizes):
+        if len(values) < len(layout.sizes):
             raise ValueError(
                 "%s has %d fields, got %d values" % (layout.name, len(layout.sizes), len(values))
             )

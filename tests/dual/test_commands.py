@@ -1,0 +1,200 @@
+"""Commands: answered with their token, carried out once, refused with a reason; raw frames in chunks."""
+
+from larics import messages as m
+from larics import protocol as p
+from larics.commands import Commands
+from larics.raw import RawSender
+from larics.settings import FIELDS, Settings, field
+
+BOOT = 4711
+
+
+class Actions:
+    def __init__(self):
+        self.changed = []
+        self.saves = 0
+        self.broken_flash = False
+        self.frame = None
+
+    def info(self, values):
+        values[2:] = [0, 1, 0, 360, 296, len(FIELDS), b"replay" + bytes(10), bytes(12)]
+
+    def settings_changed(self, name):
+        self.changed.append(name)
+
+    def save(self):
+        if self.broken_flash:
+            raise OSError(28)
+        self.saves += 1
+
+    def raw_frame(self):
+        return self.frame
+
+
+class Bench:
+    def __init__(self):
+        self.actions = Actions()
+        self.settings = Settings()
+        self.raw = RawSender()
+        self.commands = Commands(self.settings, self.raw, self.actions, BOOT)
+
+    def ask(self, number, *values):
+        """Sends a command; returns every message that comes back as (type, values)."""
+        assert len(values) == len(p.fields(number))
+        self.commands.on_message(number, 0, list(values))
+        return self.answers()
+
+    def answers(self):
+        found = []
+        number = self.commands.next()
+        while number:
+            p.Encoder().encode(number, self.commands.values)  # every answer is within its ranges
+            found.append((number, list(self.commands.values)[: len(p.fields(number))]))
+            number = self.commands.next()
+        assert not self.commands.busy()
+        return found
+
+    def set(self, token, name, numbers, first=0, count=None):
+        key = field(name).key
+        values = list(numbers[first : first + 8])
+        values += [0] * (8 - len(values))
+        return self.ask(m.SET_SETTING, token, key, first, len(numbers) if count is None else count, *values)
+
+
+def ack(token, command):
+    return (m.ACK, [token, command])
+
+
+def nack(token, command, reason, detail=0):
+    return (m.NACK, [token, command, reason, detail])
+
+
+def test_ping_and_info():
+    bench = Bench()
+    assert bench.ask(m.PING, 7) == [ack(7, m.PING)]
+    (kind, values), answer = bench.ask(m.GET_INFO, 8)
+    assert kind == m.INFO and values[:2] == [8, BOOT] and values[5:7] == [360, 296]
+    assert answer == ack(8, m.GET_INFO)
+    bench.commands.announce()
+    assert bench.answers()[0][1][:2] == [0, BOOT]
+
+
+def test_measurements_are_no_commands():
+    bench = Bench()
+    bench.commands.on_message(m.ACK, 0, [1, 2])
+    assert bench.answers() == []
+
+
+def test_get_every_setting():
+    bench = Bench()
+    bench.settings.update({"route": list(range(20)), "map": [[k, 1000 * k, -1000 * k, k, 0, 0] for k in range(63)]})
+    for token, entry in enumerate(FIELDS):
+        found = bench.ask(m.GET_SETTING, token, entry.key)
+        assert found.pop() == ack(token, m.GET_SETTING)
+        numbers = []
+        for kind, values in found:
+            assert kind == m.SETTING and values[:3] == [token, entry.key, len(numbers)]
+            numbers.extend(values[4:])
+        length = found[0][1][3]
+        assert len(numbers) - length < 8 or length == 0
+        assert entry.value(numbers[:length]) == getattr(bench.settings, entry.name)
+    assert bench.ask(m.GET_SETTING, 9, 250) == [nack(9, m.GET_SETTING, m.NACK_UNKNOWN_KEY)]
+
+
+def test_set_and_its_reasons():
+    bench = Bench()
+    key = field("rate_divider").key
+    assert bench.set(1, "rate_divider", [3]) == [ack(1, m.SET_SETTING)]
+    assert bench.settings.rate_divider == 3 and bench.actions.changed == ["rate_divider"]
+    assert bench.set(2, "rate_divider", [0]) == [nack(2, m.SET_SETTING, m.NACK_RANGE, key)]
+    assert bench.set(3, "rate_divider", [1, 2]) == [nack(3, m.SET_SETTING, m.NACK_LENGTH, key)]
+    assert bench.set(4, "rate_divider", []) == [nack(4, m.SET_SETTING, m.NACK_LENGTH, key)]
+    assert bench.set(5, "baud", [99])[0][1][2] == m.NACK_RANGE
+    assert bench.set(6, "radius_min_px", [61])[0][1][2] == m.NACK_CONFLICT
+    assert bench.set(7, "map", [1, 2, 3])[0][1][2] == m.NACK_LENGTH
+    unknown = bench.ask(m.SET_SETTING, 8, 250, 0, 1, *([0] * 8))
+    assert unknown == [nack(8, m.SET_SETTING, m.NACK_UNKNOWN_KEY, 250)]
+    assert bench.settings.rate_divider == 3 and bench.actions.changed == ["rate_divider"]
+    assert bench.set(9, "output", [1]) == [ack(9, m.SET_SETTING)] and bench.settings.output == "nmea"
+
+
+def test_a_list_takes_effect_with_its_last_part():
+    bench = Bench()
+    route = list(range(1, 21))
+    assert bench.set(1, "route", route, 0) == [ack(1, m.SET_SETTING)]
+    assert bench.set(2, "route", route, 16) == [
+        nack(2, m.SET_SETTING, m.NACK_LIST_ORDER, field("route").key)
+    ]
+    assert bench.set(3, "route", route, 8) == [ack(3, m.SET_SETTING)]
+    assert bench.set(3, "route", route, 8) == [ack(3, m.SET_SETTING)]  # a retry does not count twice
+    assert bench.settings.route == []
+    assert bench.set(4, "route", route, 16) == [ack(4, m.SET_SETTING)]
+    assert bench.settings.route == route
+    assert bench.set(5, "route", []) == [ack(5, m.SET_SETTING)]
+    assert bench.settings.route == []
+
+
+def test_retries_are_carried_out_once():
+    bench = Bench()
+    for _ in range(3):
+        assert bench.ask(m.SAVE_SETTINGS, 1) == [ack(1, m.SAVE_SETTINGS)]
+    assert bench.actions.saves == 1
+    bench.actions.broken_flash = True
+    for _ in range(2):
+        assert bench.ask(m.SAVE_SETTINGS, 2) == [nack(2, m.SAVE_SETTINGS, m.NACK_STORAGE)]
+    assert bench.set(1, "rate_divider", [3]) == [nack(1, m.SET_SETTING, m.NACK_TOKEN)]
+    assert bench.set(3, "rate_divider", [3]) == [ack(3, m.SET_SETTING)]
+    assert bench.set(3, "rate_divider", [4]) == [nack(3, m.SET_SETTING, m.NACK_TOKEN)]
+    assert bench.settings.rate_divider == 3
+    for token in range(10, 30):  # what is remembered does not grow
+        bench.set(token, "rate_divider", [token])
+    assert bench.set(29, "rate_divider", [29]) == [ack(29, m.SET_SETTING)]
+
+
+def test_restart_needs_the_current_boot_number():
+    bench = Bench()
+    assert bench.ask(m.RESTART, 1, BOOT - 1) == [nack(1, m.RESTART, m.NACK_BOOT)]
+    assert not bench.commands.restart_due
+    assert bench.ask(m.RESTART, 2, BOOT) == [ack(2, m.RESTART)]
+    assert bench.commands.restart_due
+
+
+def test_a_flood_of_requests_is_bounded():
+    bench = Bench()
+    for token in range(100):
+        bench.commands.on_message(m.PING, 0, [token])
+    assert len(bench.answers()) == 8 and bench.commands.dropped == 92
+
+
+def _chunks(raw):
+    found = []
+    number = raw.next()
+    while number:
+        values = [bytes(v) if isinstance(v, bytearray) else v for v in raw.values]
+        p.Encoder().encode(number, values)
+        found.append((number, values))
+        number = raw.next()
+    return found
+
+
+def test_a_raw_frame_in_chunks_that_can_be_asked_for_again():
+    bench = Bench()
+    assert bench.ask(m.GET_RAW, 1) == [nack(1, m.GET_RAW, m.NACK_NO_FRAME)]
+    width, height = 30, 15
+    pixels = bytearray([(7 * k) & 255 for k in range(width * height)])
+    bench.actions.frame = (pixels, width, height, 99)
+    assert bench.ask(m.GET_RAW, 2) == [ack(2, m.GET_RAW)]
+    header, *chunks = _chunks(bench.raw)
+    assert header[0] == m.RAW_HEADER and header[1][:5] == [2, 99, width, height, 8]
+    assert [values[1] for _, values in chunks] == list(range(8))
+    assert b"".join([values[2] for _, values in chunks]) == bytes(pixels) + bytes(8 * 64 - len(pixels))
+    assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 6, 2) == [ack(3, m.GET_RAW_AGAIN)]
+    assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 6, 2) == [ack(3, m.GET_RAW_AGAIN)]
+    assert [values for _, values in _chunks(bench.raw)] == [values for _, values in chunks[6:]]
+    assert bench.ask(m.GET_RAW_AGAIN, 4, 2, 7, 2) == [nack(4, m.GET_RAW_AGAIN, m.NACK_CHUNK)]
+    assert bench.ask(m.GET_RAW_AGAIN, 5, 1, 0, 1) == [nack(5, m.GET_RAW_AGAIN, m.NACK_TRANSFER)]
+    assert bench.ask(m.GET_RAW, 2) == [ack(2, m.GET_RAW)]  # the answer was lost: header again, no chunks
+    assert _chunks(bench.raw) == [header]
+    for token in range(10, 17):
+        assert bench.ask(m.GET_RAW_AGAIN, token, 2, 0, 1) == [ack(token, m.GET_RAW_AGAIN)]
+    assert bench.ask(m.GET_RAW_AGAIN, 17, 2, 0, 1) == [nack(17, m.GET_RAW_AGAIN, m.NACK_BUSY)]
