@@ -5,20 +5,14 @@ from larics.camera import Camera
 
 def make_detector(settings):
     """The detector that the settings ask for. ValueError when its ranges do not suit it, MemoryError."""
+    radii = (settings.radius_min_px, settings.radius_max_px)
     if settings.method == "paper":
         from larics.paper import PaperDetector
 
-        return PaperDetector(
-            settings.width, settings.height, settings.radius_min_px, settings.radius_max_px
-        )
+        return PaperDetector(settings.width, settings.height, *radii)
     from larics.detector import Detector
 
-    return Detector(
-        settings.width,
-        settings.height,
-        radius_min_px=settings.radius_min_px,
-        radius_max_px=settings.radius_max_px,
-    )
+    return Detector(settings.width, settings.height, radius_min_px=radii[0], radius_max_px=radii[1])
 
 
 def make_locator(settings):
@@ -49,3 +43,14 @@ def make_locator(settings):
         camera_z_mm10=settings.camera_z_mm10,
         ceiling_mm10=settings.ceiling_mm10,
     )
+
+
+def make_localizer(settings):
+    """The localizer in the map of the settings; None without a map. ValueError for an impossible map."""
+    if not settings.map or not settings.focal_q8:
+        return None
+    from larics.markermap import MarkerMap
+    from larics.pose import Localizer
+
+    marker_map = MarkerMap(settings.map, outer_mm10=settings.outer_mm10, lens_mm10=settings.camera_z_mm10)
+    return Localizer(marker_map, speed_mm_s=max(1, settings.max_speed_mm_s))

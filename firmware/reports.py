@@ -1,37 +1,15 @@
-"""Puts what the loop knows into messages and on the link. Reuses its value lists: nothing is allocated."""
+"""Turns measurements and poses into the messages of one frame. Reuses its lists: nothing is allocated."""
 
-import larics
 from larics import messages as m
-from larics.protocol import Encoder
-
-VERSION = tuple(int(part) for part in larics.__version__.split("."))
-
-
-def padded(text, size):
-    """Text or bytes as exactly `size` bytes, cut or filled with zeros."""
-    data = text.encode() if isinstance(text, str) else bytes(text)
-    return (data + bytes(size))[:size]
 
 
 class Reports:
-    """`link`: Link; `boot`: random number of this start, 0..65535."""
+    """Adds the messages of one frame to a larics.outbox.Outbox, between its begin() and commit()."""
 
-    def __init__(self, link, boot):
-        self._link = link
-        self._encoder = Encoder(clamp=True)  # a device reports the nearest value rather than nothing
-        self.boot = boot
+    def __init__(self, outbox):
+        self._outbox = outbox
         self._marker = [0] * 12
-        self._answer = [0, 0]
-        self._refusal = [0, 0, 0, 0]
-
-    def send(self, number, values):
-        """Encodes and stores one message; False when the link dropped it."""
-        count = self._encoder.encode(number, values)
-        return self._link.send(self._encoder.buffer, count)
-
-    def info(self, token, width, height, settings, board, unique_id):
-        names = (padded(board, 16), padded(unique_id, 12))
-        return self.send(m.INFO, (token, self.boot) + VERSION + (width, height, settings) + names)
+        self._pose = [0] * 11
 
     def marker(self, frame, age_us, index, count, measurement, calibrated):
         """One of the markers of a frame; `measurement` as larics.camera fills it."""
@@ -53,7 +31,7 @@ class Reports:
         values[9] = measurement.heading_cdeg
         values[10] = measurement.margin
         values[11] = measurement.radius_q8
-        return self.send(m.MARKER, values)
+        self._outbox.add(m.MARKER, values)
 
     def no_marker(self, frame, age_us):
         """A frame without a marker is reported too."""
@@ -64,16 +42,21 @@ class Reports:
         values[1] = age_us
         values[2] = m.MARKER_NONE
         values[3] = m.ID_NONE
-        return self.send(m.MARKER, values)
+        self._outbox.add(m.MARKER, values)
 
-    def ack(self, token, command):
-        self._answer[0] = token
-        self._answer[1] = command
-        return self.send(m.ACK, self._answer)
-
-    def nack(self, token, command, reason, detail=0):
-        self._refusal[0] = token
-        self._refusal[1] = command
-        self._refusal[2] = reason
-        self._refusal[3] = detail
-        return self.send(m.NACK, self._refusal)
+    def pose(self, frame, age_us, localizer):
+        """The vehicle's pose; age_us: of this frame."""
+        values = self._pose
+        values[0] = frame
+        # the age of the pose grows while the message waits, so it must not be at its limit already
+        values[1] = min(m.COUNT_MAX, localizer.age_us + age_us)
+        values[2] = localizer.state
+        values[3] = localizer.marker_id
+        values[4] = localizer.x_mm10
+        values[5] = localizer.y_mm10
+        values[6] = localizer.heading_cdeg
+        values[7] = localizer.sigma_mm10
+        values[8] = localizer.sigma_cdeg
+        values[9] = m.ROUTE_NONE
+        values[10] = m.DIRECTION_NONE
+        self._outbox.add(m.POSE, values)

@@ -1,0 +1,114 @@
+"""What the tests of the firmware share: a UART in memory, a clock to turn, a picture of a marker."""
+
+import time
+
+from app import App
+from cameras.replay import Replay
+from larics import protocol
+from larics.fixed import atan2_turn16, isqrt
+from larics.settings import Settings
+
+
+class Uart:
+    """Keeps nothing by default, so that it needs no memory; `sent` collects when it is a bytearray.
+
+    room: bytes taken by a call, 0: None as machine.UART; broken: OSError."""
+
+    def __init__(self, collect=False):
+        self.sent = bytearray() if collect else None
+        self.room = 1000
+        self.broken = False
+        self.incoming = b""
+        self.count = 0
+
+    def write(self, buffer, offset, count):
+        if self.broken:
+            raise OSError(5)
+        if not self.room:
+            return None
+        count = min(count, self.room)
+        if self.sent is not None:
+            self.sent.extend(bytes(buffer[offset : offset + count]))
+        self.count += count
+        return count
+
+    def any(self):
+        return len(self.incoming)
+
+    def readinto(self, buffer, count):
+        buffer[:count] = self.incoming[:count]
+        self.incoming = self.incoming[count:]
+        return count
+
+    def messages(self):
+        """All that was sent so far, as (type, values)."""
+        found = []
+        decoder = protocol.Decoder(lambda number, sequence, values: found.append((number, list(values))))
+        decoder.feed(self.sent, len(self.sent))
+        assert decoder.counters.crc == decoder.counters.cobs == decoder.counters.length == 0
+        return found
+
+    def of(self, number):
+        return [values for kind, values in self.messages() if kind == number]
+
+
+class Clock:
+    """Goes on by `step_us` with each reading, and by hand; wraps as a board's does."""
+
+    PERIOD = 1 << 30
+
+    def __init__(self, step_us=0):
+        self.now_us = self.PERIOD - 2000000
+        self.step_us = step_us
+
+    def ticks_us(self):
+        self.now_us += self.step_us
+        return self.now_us % self.PERIOD
+
+    def ticks_ms(self):
+        return self.now_us // 1000 % self.PERIOD
+
+    def ticks_add(self, ticks, delta):
+        return (ticks + delta) % self.PERIOD
+
+    def ticks_diff(self, end, start):
+        half = self.PERIOD // 2
+        return (end - start + half) % self.PERIOD - half
+
+    def sleep_ms(self, ms):
+        self.now_us += 1000 * ms
+
+
+def plain(grey, width=160, height=120):
+    return bytes([grey]) * (width * height)
+
+
+def marker(marker_id, x, y, radius, width=160, height=120):
+    """A picture of a LARICS-3 marker whose orientation line points up: black on white, not smoothed."""
+    picture = bytearray(plain(120, width, height))
+    line = radius * 20 // 150 // 2 + 1
+    for row in range(height):
+        for column in range(width):
+            dx, dy = column - x, y - row
+            r = isqrt(dx * dx + dy * dy)
+            if r > radius * 250 // 150:
+                continue
+            ink = abs(r - radius) < line or abs(r - radius * 100 // 150) < line
+            turn = (atan2_turn16(dy, dx) - 16384) % 65536  # counterclockwise from the orientation line
+            quarter = (turn + 8192) // 16384 % 4
+            across = abs(dx) if quarter in (0, 2) else abs(dy)
+            if across < line:
+                if quarter == 0:
+                    ink = ink or radius <= r <= radius * 230 // 150
+                elif marker_id >> (3 - quarter) & 1:
+                    ink = ink or radius * 25 // 150 <= r <= radius * 80 // 150
+            picture[row * width + column] = 30 if ink else 220
+    return bytes(picture)
+
+
+def make_app(frames, uart=None, settings=None, width=160, height=120, clock=time, **options):
+    """An App that replays these pictures without end."""
+    values = {"method": "paper", "radius_min_px": 15, "radius_max_px": 25, "baud": 921600}
+    values.update(settings or {})
+    camera = Replay(frames, rounds=0, width=width, height=height, clock=clock)
+    return App(Settings(values), camera, uart or Uart(), "test", clock=clock, **options)
