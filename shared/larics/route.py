@@ -160,8 +160,9 @@ class Route:
         return self._meaning(before, best, marker_id)
 
     def _advance(self, marker_id):
-        """The cost of every position after this marker; returns the cheapest one, -1 when there are several."""
-        ids, cost, after, count = self.ids, self._cost, self._next, self.count
+        """The cost of every position after this marker; returns the cheapest, -1 when there are several."""
+        ids, count = self.ids, self.count
+        cost, after = self._cost, self._next
         moved = MOVED_COST  # the least cost is always 0
         least = _MOST
         best = -1
