@@ -18,10 +18,11 @@ import os
 import sys
 
 from larics import __version__
-from larics_host.errors import UserError
+from larics_host.errors import UserError, report
 
 COMMANDS = (
     "marker",
+    "detect",
     "log",
 )
 
@@ -101,9 +102,8 @@ def main(argv=None):
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
     except UserError as error:
-        message = str(error)
+        report(error)
     except OSError as error:
         # what no command foresaw: a full disk, a folder that vanished
-        message = "%s: %s" % (error.filename, error.strerror) if error.filename else str(error)
-    print("larics: %s" % " ".join(message.split()), file=sys.stderr)
+        report("%s: %s" % (error.filename, error.strerror) if error.filename else error)
     return EXIT_BAD_INPUT

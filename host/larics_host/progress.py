@@ -1,0 +1,22 @@
+"""A progress bar on standard error, for a person who would otherwise see nothing happen."""
+
+import sys
+
+
+def watched(items, total=None, label="frames"):
+    """Passes `items` through and shows how far they are; `total` is their number, None when unknown.
+
+    Silent unless standard error is a terminal and standard output is not: a table there shows the same.
+    """
+    if not sys.stderr.isatty() or sys.stdout.isatty():
+        yield from items
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=total)
+        for item in items:
+            yield item
+            bar.advance(task)
