@@ -4,11 +4,13 @@
     render_view(scene, pose, motion, camera, sensor, rng)   one picture of a given scene; see `view`
 
 Modules: camera (projection, lens, rolling shutter), plates (markers and tags), scene (ceiling and what
-hangs there), clutter (random ceilings), kernels (compiled loops), optics (blur), sensor (grey levels, noise,
-JPEG), view (one picture and its truth), presets (random frames).
+hangs there), clutter (random furniture and light), kernels (compiled loops), optics (blur), sensor (grey
+levels, noise, JPEG), view (one picture and its truth), presets (ranges), furnish (a scene of a preset),
+series (random frames), drive (frames along a path).
 """
 
-from larics_host.render.presets import PRESETS, render_frame
+from larics_host.render.presets import PRESETS
+from larics_host.render.series import render_frame
 from larics_host.render.view import render_view
 
 __all__ = ["PRESETS", "render_frame", "render_view"]

@@ -141,6 +141,9 @@ class _Pass:
     def run(self, defocus_px):
         plane = self.plane = np.empty((2, *self.shape), np.float32)
         kernels.fill_plane(plane, self.cam, *self.lens, self.path, self.scene.ceiling_mm)
+        corners = plane[:, (0, 0, -1, -1), (0, -1, 0, -1)].astype(float)
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        self.middle, self.half = (low + high) / 2, 0.55 * (high - low)
         image = np.empty(self.shape, np.float32)
         surface = self.scene.surface.row(self.pose.x_mm, self.pose.y_mm, self.mm_per_px)
         kernels.paint_ceiling(image, plane, texture(), surface)
@@ -156,7 +159,11 @@ class _Pass:
         """(object relative to the vehicle, its box in the frame) of those that may be seen."""
         if not len(rows):
             return
-        rows = rows.copy()
+        # far ones go first, all at once
+        size = rows[:, kernels.A] + rows[:, kernels.B] + [reach(row) for row in rows]
+        away_x = np.abs(rows[:, kernels.X] - self.pose.x_mm - self.middle[0]) - self.half[0]
+        away_y = np.abs(rows[:, kernels.Y] - self.pose.y_mm - self.middle[1]) - self.half[1]
+        rows = rows[np.maximum(away_x, away_y) < size]
         long = rows[:, kernels.A] + rows[:, kernels.B] * (rows[:, kernels.KIND] != kernels.BOX)
         for row, length in zip(rows, long, strict=True):
             oblong = row[kernels.KIND] in (kernels.BOX, kernels.GRILLE, kernels.ROD)
