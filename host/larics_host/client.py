@@ -128,30 +128,39 @@ class Client:
         self._request(m.GET_RAW, token=token, want_header=True)
         header = self._raw_header
         total = header[4]
-        last = self._clock()
         known = len(self._raw_chunks)
         silent_s = 4 * self._timeout_s
-        while len(self._raw_chunks) < total:
+        last = asked = self._clock()
+        while known < total:
             self._pump()
             now = self._clock()
             if len(self._raw_chunks) != known:
                 known = len(self._raw_chunks)
-                last = now
+                last = asked = now
                 if progress:
                     progress(known, total)
-            elif now - last > silent_s:
-                first = next(k for k in range(total) if k not in self._raw_chunks)
-                count = 1
-                while first + count < total and first + count not in self._raw_chunks:
-                    count += 1
-                self._request(m.GET_RAW_AGAIN, token, first, count)
-                if self._clock() - last > silent_s + stall_s:
-                    raise NoAnswer("the raw frame stopped at %d of %d chunks" % (known, total))
+            elif now - last > silent_s + stall_s:
+                raise NoAnswer("the raw frame stopped at %d of %d chunks" % (known, total))
+            elif now - asked > silent_s:
+                self._ask_again(token, total)
+                asked = self._clock()
         width, height = header[2], header[3]
         pixels = b"".join(self._raw_chunks[k] for k in range(total))[: width * height]
         if crc32(pixels) != header[5] | header[6] << 16:
             raise UserError("the raw frame arrived damaged: its checksum differs; try again")
         return RawFrame(width, height, header[1], pixels)
+
+    def _ask_again(self, token, total):
+        """Asks for the first run of chunks that is missing."""
+        first = next(k for k in range(total) if k not in self._raw_chunks)
+        count = 1
+        while first + count < total and first + count not in self._raw_chunks:
+            count += 1
+        try:
+            self._request(m.GET_RAW_AGAIN, token, first, count)
+        except Refused as error:
+            if error.reason != m.NACK_BUSY:
+                raise
 
     # requests and answers
 

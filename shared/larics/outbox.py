@@ -104,7 +104,7 @@ class Outbox:
         """A MARKER or POSE of this frame; values are copied, age_us being the age at commit."""
         group = self._waiting
         place = group.count
-        if place == len(group.numbers):
+        if place >= len(group.numbers) - (number == MARKER):  # the last place is for the POSE
             self.overflows = (self.overflows + 1) & COUNT_MAX
             return
         kept = group.values[place]

@@ -1,0 +1,222 @@
+"""The outbox: the newest measurement wins, raw chunks only in leftover line time, nothing allocated."""
+
+from larics import messages as m
+from larics import protocol as p
+from larics.outbox import Outbox
+from larics.raw import RawSender
+
+try:
+    from micropython import heap_lock, heap_unlock
+except ImportError:
+
+    def heap_lock():
+        pass
+
+    heap_unlock = heap_lock
+
+FRAME_US = 16667
+
+
+class Answers:
+    def __init__(self):
+        self.queue = []
+        self.values = None
+
+    def busy(self):
+        return bool(self.queue)
+
+    def next(self):
+        if not self.queue:
+            return 0
+        number, self.values = self.queue.pop(0)
+        return number
+
+
+class Line:
+    """A UART with a large transmit buffer that sends so many bits a second."""
+
+    def __init__(self, baud, room=1024):
+        self.byte_us = 10000000 // baud
+        self.room = room
+        self.now_us = 0
+        self.free_at_us = 0
+        self.sent = []  # (end us, bytes)
+
+    def free(self):
+        held_us = max(0, self.free_at_us - self.now_us)
+        return self.room - (held_us + self.byte_us - 1) // self.byte_us
+
+    def send(self, buffer, count):
+        assert count <= self.free()
+        self.free_at_us = max(self.now_us, self.free_at_us) + count * self.byte_us
+        self.sent.append((self.free_at_us, bytes(buffer[:count])))
+
+    def messages(self):
+        """(type, when its last byte has been sent, values) of everything on the line."""
+        found = []
+        end_us = [0]
+        decoder = p.Decoder(lambda number, _, values: found.append((number, end_us[0], values[:6])))
+        for end_us[0], data in self.sent:
+            decoder.feed(data, len(data))
+        assert decoder.counters.messages == len(found) == len(self.sent)
+        return found
+
+
+def make(baud, line=None, **options):
+    line = line or Line(baud)
+    answers = Answers()
+    raw = RawSender()
+    outbox = Outbox(line, p.Encoder(clamp=True), (answers, raw), baud, lambda new, old: new - old, **options)
+    return line, outbox, answers, raw
+
+
+MARKER = [0, 1000, 0, 3, 0, 1, 100, -100, 25000, 9000, 200, 7680]
+POSE = [0, 1000, 2, 3, 100000, 200000, 9000, 20, 10, 1, 0]
+
+
+def run(line, outbox, frames, polls=8, markers=1, frame_us=FRAME_US):
+    """So many frames with a MARKER for each marker and a POSE, and `polls` polls between frames."""
+    marker, pose = list(MARKER), list(POSE)
+    for frame in range(frames):
+        start = line.now_us
+        marker[0] = pose[0] = frame
+        if outbox.begin():
+            for index in range(markers):
+                marker[4], marker[5] = index, markers
+                outbox.add(m.MARKER, marker)
+            outbox.add(m.POSE, pose)
+            outbox.commit(line.now_us)
+        for k in range(polls):
+            line.now_us = start + k * frame_us // polls
+            outbox.poll(line.now_us)
+        line.now_us = start + frame_us
+
+
+def test_a_fast_line_sends_every_frame():
+    for polls in (1, 8):
+        line, outbox, _, _ = make(115200)
+        run(line, outbox, 60, polls)
+        found = line.messages()
+        assert [number for number, _, _ in found] == [m.MARKER, m.POSE] * 60
+        assert [values[0] for _, _, values in found] == [k // 2 for k in range(120)]
+        assert outbox.drops == 0 and outbox.frames == 60
+        assert outbox.uptime.us in range(59 * FRAME_US - FRAME_US, 60 * FRAME_US)
+
+
+def test_on_a_slow_line_the_newest_wins_and_drops_are_counted():
+    line, outbox, _, _ = make(9600)
+    run(line, outbox, 120)
+    found = line.messages()
+    frames = [values[0] for number, _, values in found if number == m.MARKER]
+    assert frames == sorted(set(frames))
+    assert 20 <= len(frames) <= 30 and frames[-1] >= 112
+    assert outbox.drops + outbox.frames in (119, 120)
+    for number, end_us, values in found:
+        if number != m.MARKER:
+            continue
+        age_at_start = end_us - 40 * line.byte_us - values[0] * FRAME_US + 1000
+        assert abs(values[1] - age_at_start) <= 2 * line.byte_us  # told: the age at the start of sending
+        assert values[1] < 2 * FRAME_US + 17000
+    assert outbox.worst_age_us == max([values[1] for number, _, values in found if number == m.MARKER])
+
+
+def test_a_line_slower_than_its_baud_rate_does_not_queue():
+    slow = Line(9600)
+    line, outbox, _, _ = make(115200, slow)
+    run(line, outbox, 120)
+    ages = [values[1] for number, _, values in line.messages() if number == m.MARKER]
+    late = [
+        end - values[0] * FRAME_US for number, end, values in line.messages() if number == m.MARKER
+    ]
+    assert len(ages) > 10 and max(late) < 250000 and outbox.drops > 60
+
+
+def test_the_divider_leaves_frames_out_without_counting_drops():
+    line, outbox, _, _ = make(115200, divider=3)
+    run(line, outbox, 30)
+    frames = [values[0] for number, _, values in line.messages() if number == m.MARKER]
+    assert frames == list(range(0, 30, 3)) and outbox.drops == 0
+
+
+def test_answers_and_status_pass_between_measurements():
+    for baud in (9600, 115200):
+        line, outbox, answers, _ = make(baud)
+        status = [0] * len(p.fields(m.STATUS))
+        for token in range(4):
+            answers.queue.append((m.ACK, [token, m.PING]))
+        outbox.status(m.STATUS, status)
+        run(line, outbox, 120, markers=3)
+        found = [number for number, _, _ in line.messages()]
+        assert found.count(m.ACK) == 4 and found.count(m.STATUS) == 1
+        assert not answers.busy()
+
+
+def test_a_raw_frame_does_not_hold_up_markers():
+    for baud, polls in ((57600, 8), (115200, 1), (115200, 8), (921600, 1), (921600, 8)):
+        quiet, outbox, _, _ = make(baud)
+        run(quiet, outbox, 80, polls)
+        line, outbox, _, raw = make(baud)
+        pixels = bytearray(64 * 300)
+        raw.start(5, pixels, 64, 300, 0)
+        run(line, outbox, 80, polls)
+        chunks = [values[1] for number, _, values in line.messages() if number == m.RAW_CHUNK]
+        assert chunks == list(range(len(chunks))) and len(chunks) >= 15
+        if baud == 921600:
+            assert len(chunks) >= (79 if polls == 1 else 300)
+        without = {values[0]: end for number, end, values in quiet.messages() if number == m.MARKER}
+        with_raw = {values[0]: end for number, end, values in line.messages() if number == m.MARKER}
+        assert sorted(with_raw) == list(range(80)) and outbox.drops == 0
+        for frame in with_raw:
+            assert with_raw[frame] - without[frame] < FRAME_US
+
+
+def test_too_many_markers_are_counted():
+    line, outbox, _, _ = make(921600, markers=2)
+    run(line, outbox, 1, markers=3)
+    assert outbox.overflows == 1 and len(line.messages()) == 3
+
+
+def test_idle_tells_when_a_restart_is_possible():
+    line, outbox, answers, _ = make(115200)
+    answers.queue.append((m.ACK, [1, m.RESTART]))
+    assert not outbox.idle()
+    outbox.poll(0)
+    assert outbox.idle() and line.messages()[0][0] == m.ACK
+
+
+class Nowhere:
+    def __init__(self):
+        self.count = 0
+
+    def free(self):
+        return 1024
+
+    def send(self, buffer, count):
+        self.count += count
+
+
+def test_nothing_is_allocated_for_a_frame():
+    line = Nowhere()
+    line, outbox, _, raw = make(115200, line)
+    raw.start(5, bytearray(6400), 80, 80, 0)
+    marker, pose = list(MARKER), list(POSE)
+
+    def work(now):
+        for _ in range(10):
+            now += FRAME_US
+            if outbox.begin():
+                outbox.add(m.MARKER, marker)
+                outbox.add(m.POSE, pose)
+                outbox.commit(now)
+            outbox.poll(now)
+            outbox.poll(now + 5000)
+        return now
+
+    now = work(0)
+    before = line.count
+    heap_lock()
+    try:
+        work(now)
+    finally:
+        heap_unlock()
+    assert line.count - before > 10 * 80
