@@ -8,8 +8,8 @@
 
 Columns: pose reported, ID reported and right, wrong IDs, uncertain IDs, false positives, centre and
 heading error (median / 95th percentile). `--show N` lists the first N frames (preset, seed, index) that
-were missed or wrong, `--save DIR` writes them as PNG. `--set` takes any override of
-`larics_host.render.render_frame`. Seeds below 1000 are for tuning, those from 5000 on for the bench.
+were missed or wrong, with the verdicts on their candidates; `--save DIR` writes them as PNG. `--set` takes
+any override of `larics_host.render.render_frame`. Seeds below 1000 are for tuning, from 5000 on for the bench.
 """
 
 import argparse
@@ -47,23 +47,31 @@ def override(text):
         return name, value
 
 
+def frame_of(key, name, options, overrides):
+    """The frame that a tally's key names, as the method saw it."""
+    preset, seed, index = key
+    if preset == evaluate.PHOTOGRAPHS:
+        return frames.photograph(seed, index)
+    return frames.render(preset, seed, index, methods.target(name), options.radius_px, overrides)[0]
+
+
 def show(tally, name, options, overrides):
-    """Lists failed frames, and saves them when asked."""
+    """Lists failed frames with the verdicts on their candidates, and saves them when asked."""
+    detect = methods.make(name, frames.WIDTH, frames.HEIGHT, options.radius_px)
     kinds = (("missed", tally.misses), ("wrong ID", tally.wrongs), ("false positive", tally.false_keys))
     for kind, keys in kinds:
-        for preset, seed, index in keys[: options.show]:
-            print("  %-14s %s %d %d" % (kind, preset, seed, index))
-            if not options.save:
-                continue
-            if preset == evaluate.PHOTOGRAPHS:
-                frame = frames.photograph(seed, index)
-            else:
-                frame, _ = frames.render(
-                    preset, seed, index, methods.target(name), options.radius_px, overrides
-                )
-            Path(options.save).mkdir(parents=True, exist_ok=True)
-            file = "%s-%s-%d-%d.png" % (kind.replace(" ", "-"), preset, seed, index)
-            cv2.imwrite(str(Path(options.save) / file), frame)
+        for key in keys[: options.show]:
+            frame = frame_of(key, name, options, overrides)
+            detect(frame)
+            verdicts = detect.verdicts() if isinstance(detect, methods.Larics) else {}
+            print(
+                "  %-14s %s %d %d  %s"
+                % (kind, *key, ", ".join("%d %s" % (n, v) for v, n in verdicts.items()))
+            )
+            if options.save:
+                Path(options.save).mkdir(parents=True, exist_ok=True)
+                file = "%s-%s-%d-%d.png" % (kind.replace(" ", "-"), *key)
+                cv2.imwrite(str(Path(options.save) / file), frame)
 
 
 def main():

@@ -11,11 +11,12 @@ import numpy as np
 import pupil_apriltags
 
 from larics import detection
+from larics.verdict import VERDICT_NAMES
 
 from .scoring import Found
 
 RADIUS_TOLERANCE = 0.15  # a known radius is known within this share
-SMALLEST_PX = 5  # the detectors take no smaller ring
+SMALLEST_PX = 6  # the detectors take no smaller ring
 
 
 def radius_range(radius_px):
@@ -54,6 +55,13 @@ class Larics:
             )
             for d in self.detector.detect(frame)
         ]
+
+    def verdicts(self):
+        """{verdict: candidates} of the last frame; empty for the published decoder."""
+        counts = getattr(self.detector, "counts", None)
+        if counts is None:
+            return {}
+        return {name: n for name, n in zip(VERDICT_NAMES, counts.verdicts, strict=True) if n}
 
 
 class Aruco:

@@ -32,7 +32,7 @@ SWEEPS = {
     "contrast": Sweep("Contrast", "grey levels", "cloudy", "contrast", (3, 4, 5, 6, 8, 12, 20, 40)),
     "blur": Sweep("Motion blur", "length, px", "sunny", "blur_px", (0, 2, 4, 6, 8, 10, 12, 16)),
     "defocus": Sweep("Defocus", "sigma, px", "sunny", "defocus_px", (0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4)),
-    "radius": Sweep("Size", "outer ring, px", "sunny", "radius_px", (5, 6, 7, 8, 10, 15, 20, 30, 45, 60)),
+    "radius": Sweep("Size", "outer ring, px", "sunny", "radius_px", (6, 7, 8, 10, 15, 20, 30, 45, 60)),
     "tilt": Sweep("Tilt", "degrees", "sunny", "tilt_deg", (0, 5, 10, 15, 20, 25, 30, 35, 40)),
     "occlusion": Sweep("Occlusion", "share covered", "sunny", "occlusion", (0, 0.05, 0.1, 0.15, 0.2, 0.3)),
 }
