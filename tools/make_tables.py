@@ -14,6 +14,9 @@ Items are little-endian uint16 unless said otherwise.
 '''
 
 
+DIRECTIONS = 48  # of gradients; half a turn and a quarter must be whole numbers of them
+
+
 def pack16(values):
     return struct.pack("<%dH" % len(values), *values)
 
@@ -25,12 +28,26 @@ def literal(name, comment, data, width=24):
     return "# %s\n%s = (\n%s\n)\n" % (comment, name, body)
 
 
+def gradient_direction(slot):
+    """The direction, 0..47, of the gradients that share a slot of DIRECTION_48."""
+    ratio = slot % 34
+    x, y = (16, ratio) if ratio < 17 else (ratio - 17, 16)
+    if slot // 34 & 1:
+        x = -x
+    if slot // 34 & 2:
+        y = -y
+    return round(math.atan2(y, x) * DIRECTIONS / (2 * math.pi)) % DIRECTIONS
+
+
 def source():
     """The text of tables.py."""
     quarter = [round(16384 * math.sin(math.pi / 2 * k / 256)) for k in range(257)]
     cosine = [32768 + round(16384 * math.cos(2 * math.pi * k / 256)) for k in range(256 + 64)]
     arctan = [round(math.atan(k / 256) / (2 * math.pi) * 65536 * 4) for k in range(257)]
     log = [round(256 * math.log2((grey + 16) / 16)) for grey in range(256)]
+    axis = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
+    axes = [32768 + round(16384 * f(angle)) for angle in axis for f in (math.cos, math.sin)]
+    root = [round(16384 * math.sqrt(1 - (k / 128) ** 2)) for k in range(128)]
     tables = [
         literal("QUARTER_SINE_Q14", "sin(pi/2 * k/256) * 2**14, k = 0..256", pack16(quarter)),
         literal(
@@ -40,6 +57,19 @@ def source():
         ),
         literal("ARCTAN", "atan(k/256) in 1/262144 turn, k = 0..256", pack16(arctan)),
         literal("LOG_GREY_Q8", "256 * log2((grey + 16) / 16), grey = 0..255", pack16(log)),
+        literal(
+            "DIRECTION_48",
+            "direction, of 48 in a turn, of a gradient: 16 |small| / |large|, + 17 when |y| is large,\n"
+            "# + 34 when x is negative, + 68 when y is; uint8",
+            bytes(gradient_direction(slot) for slot in range(136)),
+        ),
+        literal(
+            "AXES_48",
+            "32768 + cosine and sine of the 48 directions * 2**14",
+            pack16(axes),
+        ),
+        literal("BIT_COUNT", "ones in 0..255; uint8", bytes(bin(k).count("1") for k in range(256))),
+        literal("ROOT_Q14", "sqrt(1 - (k/128)**2) * 2**14, k = 0..127", pack16(root)),
     ]
     return HEADER + "\n".join(tables)
 

@@ -20,6 +20,8 @@ from larics import tables
 
 COSINE = table16(tables.COSINE_Q14_BIASED)
 LOG_GREY = table16(tables.LOG_GREY_Q8)
+AXES = table16(tables.AXES_48)
+ROOT = table16(tables.ROOT_Q14)
 
 _TURN = const(65536)
 _QUARTER = const(16384)

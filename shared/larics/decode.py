@@ -1,0 +1,190 @@
+"""Step 4: the orientation line and the bits of a marker whose rings are known.
+
+A line is measured like a ring: its darkness times width in the pixel rows or columns it crosses, in units of
+the rings' own, so that blur, light and contrast cancel. The orientation line is looked for outside the outer
+ring only, the coding lines inside the inner ring only.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.fixed import COSINE, LOG_GREY, cos_q14, sin_q14
+from larics.kernels import lines as kernels
+
+POSITIONS = const(8)  # every 45 degrees from the orientation line; 2, 4 and 6 carry the bits
+
+# result items of the kernel line_crossings
+_INSIDE = const(0)
+_OUTSIDE = const(1)
+_AREA_NEAR = const(2)
+_AREA_FAR = const(3)
+_NEAR = const(4)
+_COUNTED = const(5)
+_ROTATION = const(6)
+_SLOPE = const(7)
+_DEVIATION = const(8)
+_DEPTH = const(9)
+_LEVEL = const(10)
+
+_HYPOTHESES = const(3)
+_HALF_TURN_Q14 = const(11585)  # cos 45 degrees
+_OPENING_CODE = const(104)  # half the angle between two positions, as a slope / 256
+_WINDOW_CAP_Q8 = const(3584)
+
+
+class LineReader:
+    """Reads the lines of one candidate at a time; its attributes hold the last one's.
+
+    angle_turn16       clockwise angle of the orientation line, 1/65536 turn
+    rivals             directions outside the rings that pass as an orientation line: 1 for a marker
+    line_q8            the line's area, 256 = as much as the rings'
+    slope_q10, deviation_q10   of its centroids against its radius (radians * 1024), and from it (1/1024 px)
+    gap_q8             share of the line that is interrupted * 256
+    second_q8          depth of the second darkest direction, 256 = as deep as the line
+    near_q8, far_q8    arrays of 8: area of the inner and outer half of each position, 256 = as the rings'
+    depth, level       arrays of 8: depth of the middle pixel and brightness beside it, log units
+    """
+
+    def __init__(self, width, height, family, line_mm10):
+        self.width = width
+        self.height = height
+        outer = family.outer_mm10
+        half_mm10 = line_mm10 // 2
+        self._gap_q10 = ((outer - family.inner_mm10) << 10) // (2 * outer)
+        self._line_q10 = (line_mm10 << 10) // outer
+        self._annulus_first_q10 = ((outer + half_mm10 + 130) << 10) // outer
+        self._annulus_last_q10 = ((family.orientation_end_mm10 - 110) << 10) // outer
+        self._line_first_q10 = ((outer + half_mm10 + 50) << 10) // outer
+        self._line_last_q10 = ((family.orientation_end_mm10 - 50) << 10) // outer
+        code_first_mm10 = max(family.code_start_mm10 + 50, line_mm10 * 21 // 10)
+        self._code_first_q10 = (code_first_mm10 << 10) // outer
+        self._code_last_q10 = ((family.code_end_mm10 - 20) << 10) // outer
+        self._stride = 2 if line_mm10 * 12 >= outer else 1
+        self._profile = array("H", bytes(512))
+        self._depths = array("H", bytes(512))
+        self._picks = array("i", bytes(8 * _HYPOTHESES))
+        self._result = array("i", bytes(48))
+        self.near_q8 = array("i", bytes(4 * POSITIONS))
+        self.far_q8 = array("i", bytes(4 * POSITIONS))
+        self.depth = array("i", bytes(4 * POSITIONS))
+        self.level = array("i", bytes(4 * POSITIONS))
+        self.code_inside = True
+        self.angle_turn16 = self.rivals = self.line_q8 = self.slope_q10 = self.deviation_q10 = 0
+        self.gap_q8 = self.second_q8 = self.line_depth = 0
+
+    def memory(self):
+        """Bytes of the buffers."""
+        return 1024 + 8 * _HYPOTHESES + 48 + 16 * POSITIONS
+
+    def find_orientation(self, frame, rings):
+        """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
+        radius_q8 = rings.radius_q8
+        x_q8 = (rings.true_x_q10 + 2) >> 2
+        y_q8 = (rings.true_y_q10 + 2) >> 2
+        self.rivals = 0
+        if not (0 <= x_q8 >> 8 < self.width and 0 <= y_q8 >> 8 < self.height):
+            return 0
+        first_q8 = radius_q8 * self._annulus_first_q10 >> 10
+        last_q8 = radius_q8 * self._annulus_last_q10 >> 10
+        stride = self._stride
+        directions = 256 // stride
+        samples = 4 if last_q8 - first_q8 > 1024 else 3
+        kernels.annulus_profile(
+            frame, 0, 0, 0, LOG_GREY, COSINE, self.width, self.height, x_q8, y_q8, first_q8,
+            (last_q8 - first_q8) // (samples - 1), samples, stride, self._profile,
+        )  # fmt: skip
+        picks = self._picks
+        found = kernels.dark_directions(
+            self._profile, 0, 0, directions, 10 // stride, 14 // stride, 12 // stride, self._depths,
+            _HYPOTHESES, picks
+        )
+        best_turn16 = 0
+        for index in range(found):
+            self._measure(frame, rings, x_q8, y_q8, picks[2 * index] * stride * 256)
+            if self._passes():
+                self.rivals += 1
+                if self.rivals == 1:
+                    best_turn16 = self.angle_turn16
+                    self.line_depth = picks[2 * index + 1] // samples
+                    if found > index + 1:
+                        self.second_q8 = (picks[2 * index + 3] << 8) // picks[2 * index + 1]
+                    else:
+                        self.second_q8 = 0
+        if self.rivals == 1 and best_turn16 != self.angle_turn16:
+            self._measure(frame, rings, x_q8, y_q8, best_turn16)
+        return self.rivals
+
+    def _passes(self):
+        """Whether what was measured last is a straight, radial, uninterrupted line."""
+        return self.line_q8 >= 96 and self.gap_q8 <= 80 and -110 < self.slope_q10 < 110
+
+    def refine(self, frame, rings):
+        """Measures the orientation line once more, from its last angle and the present centre."""
+        self._measure(
+            frame, rings, (rings.true_x_q10 + 2) >> 2, (rings.true_y_q10 + 2) >> 2, self.angle_turn16
+        )
+
+    def _measure(self, frame, rings, x_q8, y_q8, angle_turn16):
+        radius_q8 = rings.radius_q8
+        window_q8 = radius_q8 * self._gap_q10 >> 10
+        if window_q8 < 300:
+            window_q8 = 300
+        if window_q8 > _WINDOW_CAP_Q8:
+            window_q8 = _WINDOW_CAP_Q8
+        area = rings.area
+        line_q8 = radius_q8 * self._line_q10 >> 10
+        result = self._result
+        for _ in range(2):
+            inside = kernels.line_crossings(
+                0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, cos_q14(angle_turn16),
+                sin_q14(angle_turn16), radius_q8 * self._line_first_q10 >> 10,
+                radius_q8 * self._line_last_q10 >> 10, window_q8, 256, (area << 5) // line_q8, 0, area >> 1,
+                result,
+            )  # fmt: skip
+            angle_turn16 += result[_ROTATION]
+        self.angle_turn16 = angle_turn16 & 65535
+        self.slope_q10 = result[_SLOPE]
+        self.deviation_q10 = result[_DEVIATION]
+        if inside < 2 or result[_OUTSIDE]:
+            self.line_q8 = 0
+            self.gap_q8 = 256
+        else:
+            self.line_q8 = ((result[_AREA_NEAR] + result[_AREA_FAR]) << 8) // (inside * area + 1)
+            self.gap_q8 = ((inside - result[_COUNTED]) << 8) // inside
+
+    def read_code(self, frame, rings):
+        """Measures the eight positions inside the inner ring."""
+        radius_q8 = rings.radius_q8
+        area = rings.area
+        clip = (area << 5) // (radius_q8 * self._line_q10 >> 10)
+        x_q8 = (rings.true_x_q10 + 2) >> 2
+        y_q8 = (rings.true_y_q10 + 2) >> 2
+        first_q8 = radius_q8 * self._code_first_q10 >> 10
+        last_q8 = radius_q8 * self._code_last_q10 >> 10
+        window_q8 = radius_q8 * self._gap_q10 >> 10
+        cosine = cos_q14(self.angle_turn16)
+        sine = sin_q14(self.angle_turn16)
+        result = self._result
+        self.code_inside = True
+        for position in range(POSITIONS):
+            inside = kernels.line_crossings(
+                0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, cosine, sine, first_q8,
+                last_q8, window_q8, _OPENING_CODE, clip, 1, area >> 1, result,
+            )  # fmt: skip
+            near = result[_NEAR]
+            far = inside - near
+            if result[_OUTSIDE] or near < 1 or far < 1:
+                self.code_inside = False
+                return
+            self.near_q8[position] = (result[_AREA_NEAR] << 8) // (near * area + 1)
+            self.far_q8[position] = (result[_AREA_FAR] << 8) // (far * area + 1)
+            self.depth[position] = result[_DEPTH]
+            self.level[position] = result[_LEVEL]
+            # the next position counterclockwise as seen
+            turned = (cosine + sine) * _HALF_TURN_Q14 >> 14
+            sine = (sine - cosine) * _HALF_TURN_Q14 >> 14
+            cosine = turned

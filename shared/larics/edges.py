@@ -1,0 +1,96 @@
+"""Step 1: edges of thin dark lines, on a sparse grid, with a threshold that follows the frame."""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics import tables
+from larics.fixed import cos_q14, sin_q14
+from larics.kernels import edges as kernels
+
+DIRECTIONS = 48
+
+_THRESHOLD_FLOOR = const(6)  # grey levels over 2 * reach px
+_MEDIAN_Q4 = const(40)  # threshold = 2.5 medians of the gradient,
+_SHARE_MIN = const(60)  # but at least that many 1024ths of the pixels pass
+_SHARE_MAX = const(180)  # and at most that many
+
+
+def offset_px(length_q8, direction):
+    """(dx, dy) in whole pixels of a length in 1/256 px along one of the 48 directions (clockwise)."""
+    angle = direction * 65536 // DIRECTIONS
+    return (
+        (length_q8 * cos_q14(angle) + (1 << 21)) >> 22,
+        (length_q8 * sin_q14(angle) + (1 << 21)) >> 22,
+    )
+
+
+class EdgeFinder:
+    """Finds edges for one scale of marker.
+
+    width, height   of the frame, px
+    line_q8         width of the marker's lines in the frame, 1/256 px
+    step, reach     grid pitch, and distance of the pixels whose difference is the gradient, px
+    edges           array('i') that receives position | direction << 20; its length caps the number of edges
+    histogram       array('H') of 128 items, scratch space
+    """
+
+    def __init__(self, width, height, line_q8, step, reach, edges, histogram):
+        self.width = width
+        self.height = height
+        self.step = step
+        self.reach = reach
+        self.edges = edges
+        self.half_line_q8 = line_q8 // 2
+        self.threshold = _THRESHOLD_FLOOR
+        self.steep = 0
+        self._capacity = len(edges) - 1
+        self._histogram = histogram
+        dark_q8 = max(line_q8 // 2, 256)
+        light_q8 = max(line_q8 * 4 // 7, 300)
+        beyond_q8 = line_q8 + light_q8
+        self._probes = array("H", bytes(DIRECTIONS * 6))
+        for direction in range(DIRECTIONS):
+            for slot, length_q8 in enumerate((-beyond_q8, -dark_q8, light_q8)):
+                dx, dy = offset_px(length_q8, direction)
+                self._probes[direction * 3 + slot] = dy * width + dx + 32768
+        margin = max((beyond_q8 + 511) >> 8, reach)
+        self._left = self._top = (margin + step - 1) // step * step
+        self._right = width - margin
+        self._bottom = height - margin
+
+    def memory(self):
+        """Bytes of the tables."""
+        return DIRECTIONS * 6
+
+    def measure_threshold(self, frame):
+        """Adapts the threshold to the gradients of the whole frame."""
+        samples = kernels.gradient_histogram(
+            frame, 0, 0, self.width, self.reach, self._left, self._right, self._top, self._bottom,
+            self.step * 3, self._histogram,
+        )  # fmt: skip
+        self.threshold = kernels.edge_threshold(
+            self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, _SHARE_MAX
+        )
+
+    def find(self, frame, left, right, top, bottom):
+        """Lists the edges within the rectangle (px, cut to the frame) and returns their number."""
+        step = self.step
+        left = self._left if left <= self._left else left // step * step
+        top = self._top if top <= self._top else top // step * step
+        if right > self._right:
+            right = self._right
+        if bottom > self._bottom:
+            bottom = self._bottom
+        threshold = self.threshold
+        self.steep = kernels.steep_positions(
+            frame, 0, 0, self.width, self.reach, left, right, top, bottom, step, threshold * threshold,
+            self.edges, self._capacity,
+        )  # fmt: skip
+        return kernels.thin_line_edges(
+            frame, 0, 0, 0, self.edges, self.steep, self.width * self.reach, self.reach, threshold,
+            tables.DIRECTION_48, self._probes,
+        )  # fmt: skip

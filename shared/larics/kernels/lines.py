@@ -1,0 +1,271 @@
+"""Radial lines: which directions are dark around the rings, and what a line at a given angle looks like.
+
+Angles count clockwise from x, because y points down. Darkness is in units of tables.LOG_GREY_Q8.
+"""
+
+try:
+    import micropython
+except ImportError:
+    from larics._cpython import micropython, ptr8, ptr16, ptr32
+
+
+@micropython.viper
+def annulus_profile(
+    image: ptr8, x: int, y: int, total: int, log: ptr16, cosine: ptr16, width: int, height: int, cx: int,
+    cy: int, first: int, pitch: int, samples: int, stride: int, profile: ptr16,
+) -> int:  # fmt: skip
+    """profile[k] = 1 + sum of the log greys of `samples` nearest pixels in direction k * stride / 256 turn.
+
+    cx, cy, first (radius) and pitch (between samples) in 1/256 px, radii below 32768; samples 1..16; 256 //
+    stride items; 0 where a sample would lie outside the frame. Returns the number of directions inside the
+    frame."""
+    inside = 0
+    k = 0
+    slot = 0
+    while k < 256:
+        dx = int(cosine[k]) - 32768
+        dy = 32768 - int(cosine[k + 64])
+        x = cx + 128 + ((first * dx) >> 14)
+        y = cy + 128 + ((first * dy) >> 14)
+        dx = (pitch * dx) >> 14
+        dy = (pitch * dy) >> 14
+        total = 0
+        i = samples
+        end_x = x + dx * samples
+        end_y = y + dy * samples
+        if x < 256 or y < 256 or end_x < 256 or end_y < 256:
+            i = 0
+        if (x >> 8) >= width or (y >> 8) >= height or (end_x >> 8) >= width or (end_y >> 8) >= height:
+            i = 0
+        if i > 0:
+            inside += 1
+            total = 1
+        while i > 0:
+            total += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x += dx
+            y += dy
+            i -= 1
+        profile[slot] = total
+        slot += 1
+        k += stride
+    return inside
+
+
+@micropython.viper
+def dark_directions(
+    profile: ptr16, k: int, depth: int, directions: int, near: int, far: int, apart: int, depths: ptr16,
+    capacity: int, result: ptr32,
+) -> int:  # fmt: skip
+    """The directions that are darker than both their sides, darkest first, as (direction, depth) in `result`.
+
+    The sides are the means of the directions `near` and `far` steps away (below `directions`); picks lie
+    more than `apart` steps apart and are at least 3/8 as deep as the first. depths: scratch space, one item
+    per direction. Returns their number, at most `capacity`."""
+    k = 0
+    while k < directions:
+        depth = int(profile[k])
+        depths[k] = 0
+        if depth > 0:
+            i = k + near
+            if i >= directions:
+                i -= directions
+            j = k + far
+            if j >= directions:
+                j -= directions
+            side = int(profile[i]) + int(profile[j])
+            i = k - near
+            if i < 0:
+                i += directions
+            j = k - far
+            if j < 0:
+                j += directions
+            other = int(profile[i]) + int(profile[j])
+            if other < side:
+                side = other
+            depth = (side >> 1) - depth
+            if depth > 0:
+                depths[k] = depth
+        k += 1
+    picked = 0
+    least = 1
+    while picked < capacity:
+        best = 0
+        where = 0
+        k = 0
+        while k < directions:
+            depth = int(depths[k])
+            if depth > best:
+                best = depth
+                where = k
+            k += 1
+        if best < least:
+            return picked
+        if picked == 0:
+            least = (best * 3 >> 3) + 1
+        result[picked + picked] = where
+        result[picked + picked + 1] = best
+        picked += 1
+        i = where - apart
+        j = 0
+        while j <= apart + apart:
+            k = i + j
+            if k < 0:
+                k += directions
+            if k >= directions:
+                k -= directions
+            depths[k] = 0
+            j += 1
+    return picked
+
+
+@micropython.viper
+def line_crossings(
+    position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
+    cosine: int, sine: int, first: int, last: int, window: int, opening: int, clip: int, flat: int,
+    least_area: int, result: ptr32,
+) -> int:  # fmt: skip
+    """How the pixel rows (or columns) between two radii cross a dark radial line from (cx, cy).
+
+    cx, cy (inside the frame), first <= last (radii, 256..32768) in 1/256 px; cosine, sine: the direction *
+    2**14; window: half width, 1/256 px, 256..3584, and at most opening/256 of the radius; the baseline is
+    the straight line between the window's ends, or with flat = 1 their darker one; clip and least_area as
+    in `ring_crossings`. result: crossings inside the frame, outside, area of the nearer half, of the
+    farther half, crossings in the nearer half, crossings with least_area, rotation (1/65536 turn, to be
+    added to the clockwise angle), slope of the centroids against the radius (1/1024), their mean distance
+    from the line (1/1024 px), mean depth of the middle pixel (may be negative), mean baseline. Returns the
+    number of crossings inside the frame."""
+    major = cosine
+    minor = sine
+    rows = 0
+    if major < 0:
+        major = 0 - major
+    if minor < 0:
+        minor = 0 - minor
+    if major >= minor:
+        along = width
+        line_pitch = 1
+        centre = cx
+        centre_along = cy
+        lines = width
+        pixels = height
+        minor = sine
+        sign = cosine
+    else:
+        rows = 1
+        major = minor
+        along = 1
+        line_pitch = width
+        centre = cy
+        centre_along = cx
+        lines = height
+        pixels = width
+        minor = cosine
+        sign = sine
+    forward = 1
+    if sign < 0:
+        forward = 0 - 1
+    if rows:
+        sign = 0 - sign
+    ratio = (minor << 14) // major
+    # whole lines whose crossing lies between the two radii
+    value = (first * major) >> 14
+    end = (last * major) >> 14
+    if forward > 0:
+        line = (centre + value + 255) >> 8
+    else:
+        line = (centre - value) >> 8
+    middle = (first + last) >> 1
+    inside = 0
+    outside = 0
+    counted = 0
+    area_near = 0
+    area_far = 0
+    near_half = 0
+    sum_d = 0
+    sum_r = 0
+    sum_dr = 0
+    sum_rr = 0
+    sum_abs = 0
+    sum_depth = 0
+    sum_level = 0
+    offset = ((line << 8) - centre) * forward
+    while offset <= end:
+        radius = (offset << 14) // major
+        crossing = centre_along + ((offset * ratio) >> 14)
+        pixel = (crossing + 128) >> 8
+        half = (radius * opening) >> 8
+        if half > window:
+            half = window
+        half = ((half << 14) // major + 128) >> 8
+        if half < 1:
+            half = 1
+        if line < 0 or line >= lines or pixel - half < 0 or pixel + half >= pixels:
+            outside += 1
+        else:
+            position = line * line_pitch + (pixel - half) * along
+            value = position + (half + half) * along
+            near = int(log[int(image[position])]) + int(log[int(image[position + along])])
+            far = int(log[int(image[value])]) + int(log[int(image[value - along])])
+            slope = 0
+            sum_level += near + far
+            if flat:
+                if far < near:
+                    near = far
+                base = near << 7
+            else:
+                slope = ((far - near) << 7) // (half + half - 1)
+                base = (near << 7) - (slope >> 1)
+            value = position + half * along
+            sum_depth += ((base + slope * half) >> 8) - int(log[int(image[value])])
+            base = base - (clip << 8)
+            area = 0
+            moment = 0
+            i = half + half
+            while i >= 0:
+                value = (base >> 8) - int(log[int(image[position])])
+                if value > 0:
+                    area += value
+                moment += area
+                position += along
+                base += slope
+                i -= 1
+            value = (area * major) >> 14
+            inside += 1
+            if radius < middle:
+                near_half += 1
+                area_near += value
+            else:
+                area_far += value
+            if value > least_area:
+                counted += 1
+                value = (((half + 1) * area - moment) << 10) // area + (((pixel << 8) - crossing) << 2)
+                value = ((value >> 1) * sign) >> 13
+                radius = radius >> 5
+                sum_d += value
+                sum_r += radius
+                sum_dr += value * radius
+                sum_rr += radius * radius
+                if value < 0:
+                    value = 0 - value
+                sum_abs += value
+        line += forward
+        offset += 256
+    result[0] = inside
+    result[1] = outside
+    result[2] = area_near
+    result[3] = area_far
+    result[4] = near_half
+    result[5] = counted
+    if inside < 1:
+        inside = 1
+    if counted < 1:
+        counted = 1
+    value = sum_dr // ((sum_rr >> 8) + 1)
+    result[6] = (value * 10430) >> 15
+    radius = sum_r // counted
+    value = ((sum_rr - radius * sum_r) >> 3) + 1
+    result[7] = (sum_dr - radius * sum_d) // value
+    result[8] = sum_abs // counted
+    result[9] = sum_depth // inside
+    result[10] = sum_level // (inside * 4)
+    return inside

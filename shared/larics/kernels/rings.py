@@ -1,0 +1,367 @@
+"""The two rings: coarse radius from the edges, crossings with pixel rows and columns, robust harmonics.
+
+Angles of the rings are counted clockwise from x, because y points down; a ring is divided into 32 sectors of
+11.25 degrees, sector 0 beginning at x. Darkness is measured in units of tables.LOG_GREY_Q8 (256 per octave of
+grey + 16), so that it does not depend on the light.
+"""
+
+try:
+    import micropython
+except ImportError:
+    from larics._cpython import micropython, ptr8, ptr16, ptr32
+
+
+@micropython.viper
+def edge_distances(
+    edges: ptr32, position: int, x: int, y: int, count: int, width: int, cx: int, cy: int, reach: int,
+    half_line: int, slack: int, axes: ptr16, histogram: ptr8, distances: ptr32,
+) -> int:  # fmt: skip
+    """Distances to the candidate centre of the edges that point to it within `slack`, as ring radii.
+
+    All lengths in 1/16 px: cx, cy 0..16384, reach 0..4096, half_line 0..256. `edges`: position | direction
+    << 20; `axes`: cosine and sine of the 48 directions, * 2**14 + 32768. `histogram` (half pixels, reach /
+    8 + 1 items, counts stop at 255); `distances`: distance | direction from the centre << 16, count items.
+    Returns the number of distances."""
+    kept = 0
+    i = 0
+    while i < count:
+        position = int(edges[i])
+        i += 1
+        y = (position & 1048575) // width
+        x = (((position & 1048575) - y * width) << 4) - cx
+        if x < reach and 0 - reach < x:
+            y = (y << 4) - cy
+            if y < reach and 0 - reach < y:
+                position = position >> 20
+                cosine = int(axes[position << 1]) - 32768
+                sine = int(axes[(position << 1) + 1]) - 32768
+                off = (x * sine - y * cosine) >> 14
+                if off < slack and 0 - slack < off:
+                    x = (x * cosine + y * sine) >> 14
+                    if x < 0:
+                        x = half_line - x
+                        position += 24
+                        if position >= 48:
+                            position -= 48
+                    else:
+                        x = x - half_line
+                    if x > 0 and x < reach:
+                        distances[kept] = x | (position << 16)
+                        kept += 1
+                        x = x >> 3
+                        if int(histogram[x]) < 255:
+                            histogram[x] = int(histogram[x]) + 1
+    return kept
+
+
+@micropython.viper
+def choose_radius(
+    histogram: ptr8, bin: int, inner: int, first: int, last: int, bins: int, inner_q10: int, distances: ptr32,
+    count: int, axes: ptr16, result: ptr32,
+) -> int:  # fmt: skip
+    """The outer radius whose two rings have most edges, then one least-squares step of the centre.
+
+    first..last: outer radii to try, half pixels, 4 <= first, last + 3 <= bins; inner_q10: ratio of the rings
+    * 1024; the histogram is cleared. result: radius, step in x, step in y (1/16 px), edges of the outer
+    ring, of the inner one. Returns the number of edges of both."""
+    best = 0 - 1
+    radius = first
+    bin = first
+    while bin <= last:
+        outer = int(histogram[bin - 2]) + int(histogram[bin - 1]) + (int(histogram[bin]) << 1)
+        outer += int(histogram[bin + 1]) + int(histogram[bin + 2])
+        inner = (bin * inner_q10 + 512) >> 10
+        value = int(histogram[inner - 2]) + int(histogram[inner - 1]) + int(histogram[inner + 1])
+        value += int(histogram[inner + 2]) + (int(histogram[inner]) << 1)
+        if value > outer:
+            value = outer + ((value - outer) >> 2)
+        value += outer
+        if value > best:
+            best = value
+            radius = bin
+        bin += 1
+    bin = 0
+    while bin < bins:
+        histogram[bin] = 0
+        bin += 1
+    radius = radius * 8 + 4
+    inner = (radius * inner_q10 + 512) >> 10
+    sum_x = 0
+    sum_y = 0
+    sum_r = 0
+    on_outer = 0
+    on_inner = 0
+    i = 0
+    while i < count:
+        bin = int(distances[i])
+        i += 1
+        value = bin >> 16
+        bin = (bin & 65535) - radius
+        take = 0
+        if bin > 40 or bin < 0 - 40:
+            bin = bin + radius - inner
+            if bin < 32 and bin > 0 - 32:
+                on_inner += 1
+                take = 1
+        else:
+            on_outer += 1
+            take = 1
+        if take:
+            sum_x += bin * (int(axes[value << 1]) - 32768)
+            sum_y += bin * (int(axes[(value << 1) + 1]) - 32768)
+            sum_r += bin
+    value = on_outer + on_inner
+    if value < 1:
+        value = 1
+    result[0] = radius + sum_r // value
+    result[1] = (sum_x // value) >> 13
+    result[2] = (sum_y // value) >> 13
+    result[3] = on_outer
+    result[4] = on_inner
+    return on_outer + on_inner
+
+
+@micropython.viper
+def ring_crossings(
+    position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
+    radius: int, window: int, step: int, clip: int, roots: ptr16, bulge_cos: int, bulge_sin: int, limit: int,
+    least_area: int, sectors: ptr32,
+) -> int:  # fmt: skip
+    """Where pixel rows (within 45 degrees of x) and columns (the others) cross a dark ring line.
+
+    Each crossing is the centroid of what is darker than the straight line between the window's ends by more
+    than `clip`; no pixel is interpolated. cx, cy, radius (1536..20480), window (half width, 256..radius /
+    4) in 1/256 px, the centre inside the frame; step: rows between crossings; roots: tables.ROOT; bulge_*:
+    second harmonic of the radius, 1/1024 px, taken off (+-8192); limit: largest residual that counts
+    (1/1024 px); least_area: smallest darkness times width that counts (log units * px). sectors: 32 x
+    (crossings inside the frame, their area, those that count, sum of residual + 32768 in 1/1024 px) are
+    added to. Returns the number of crossings tried."""
+    tried = 0
+    radius2 = radius * radius
+    swap = 0
+    while swap < 2:
+        if swap:
+            along = width
+            line_pitch = 1
+            centre = cx
+            centre_along = cy
+            lines = width
+            pixels = height
+        else:
+            along = 1
+            line_pitch = width
+            centre = cy
+            centre_along = cx
+            lines = height
+            pixels = width
+        last = (radius * 181) >> 16
+        line = ((centre + 128) >> 8) - last
+        last = line + last + last
+        while line < 0:
+            line += step
+        if last >= lines:
+            last = lines - 1
+        while line <= last:
+            offset = (line << 8) - centre
+            value = offset
+            if value < 0:
+                value = 0 - value
+            height_q8 = (radius * int(roots[(value << 7) // radius])) >> 14
+            height_q8 = (height_q8 + (radius2 - offset * offset) // height_q8) >> 1
+            half = ((window * radius) // height_q8 + 128) >> 8
+            across_q10 = (offset << 10) // radius
+            along_q10 = (height_q8 << 10) // radius
+            value = across_q10
+            if value < 0:
+                value = 0 - value
+            sector = 0
+            if value >= 200:
+                sector = 1
+                if value >= 392:
+                    sector = 2
+                    if value >= 569:
+                        sector = 3
+            crossing = centre_along - height_q8
+            side = 0
+            while side < 2:
+                pixel = (crossing + 128) >> 8
+                tried += 1
+                if pixel - half >= 0 and pixel + half < pixels:
+                    position = line * line_pitch + (pixel - half) * along
+                    value = position + (half + half) * along
+                    near = int(log[int(image[position])]) + int(log[int(image[position + along])])
+                    far = int(log[int(image[value])]) + int(log[int(image[value - along])])
+                    slope = ((far - near) << 7) // (half + half - 1)
+                    base = (near << 7) - (slope >> 1) - (clip << 8)
+                    area = 0
+                    moment = 0
+                    value = (base >> 8) - int(log[int(image[position])])
+                    if value > 0:
+                        area = value
+                        moment = value
+                    i = half
+                    while i > 0:
+                        position += along
+                        base += slope
+                        value = (base >> 8) - int(log[int(image[position])])
+                        if value > 0:
+                            area += value
+                        moment += area
+                        position += along
+                        base += slope
+                        value = (base >> 8) - int(log[int(image[position])])
+                        if value > 0:
+                            area += value
+                        moment += area
+                        i -= 1
+                    base = sector
+                    if swap:
+                        base = 7 - sector
+                        if across_q10 < 0:
+                            base = 8 + sector
+                        if side == 0:
+                            base = 31 - base
+                    else:
+                        if across_q10 < 0:
+                            base = 31 - sector
+                        if side == 0:
+                            base = 15 - base
+                            if base < 0:
+                                base += 32
+                    base = base << 2
+                    position = (area * along_q10) >> 10
+                    sectors[base] = int(sectors[base]) + 1
+                    sectors[base + 1] = int(sectors[base + 1]) + position
+                    if position > least_area:
+                        value = (((half + 1) * area - moment) << 10) // area
+                        value += ((pixel << 8) - crossing) << 2
+                        value = value * along_q10
+                        if side == 0:
+                            value = 0 - value
+                        value = (value + 512) >> 10
+                        cos2 = (along_q10 * along_q10 - across_q10 * across_q10) >> 10
+                        sin2 = (along_q10 * across_q10) >> 9
+                        if swap:
+                            cos2 = 0 - cos2
+                        if side == 0:
+                            sin2 = 0 - sin2
+                        value = value - ((cos2 * bulge_cos + sin2 * bulge_sin) >> 10)
+                        if value < limit and 0 - limit < value:
+                            sectors[base + 2] = int(sectors[base + 2]) + 1
+                            sectors[base + 3] = int(sectors[base + 3]) + value + 32768
+                crossing = centre_along + height_q8
+                side += 1
+            line += step
+        swap += 1
+    return tried
+
+
+@micropython.viper
+def ring_harmonics(
+    sectors: ptr32, i: int, residual: int, means: ptr32, skip: ptr8, skip_bit: int, cosine: ptr16,
+    rounds: int, floor: int, result: ptr32,
+) -> int:  # fmt: skip
+    """Harmonics 0..2 of the residual over the 32 sectors, with outliers left out; the sectors are cleared.
+
+    Sectors without crossings, with skip[sector] & skip_bit, or further than `floor` (1/1024 px) and four
+    times the mean deviation from the harmonics are left out; repeated projection (`rounds` times, 1..8)
+    makes up for the gaps. sectors: as in `ring_crossings`, up to 255 crossings each; means: 64 items of
+    scratch space (second half: mean area of each sector + 1, or 0 where the sector is outside the frame);
+    cosine: fixed.COSINE. result: constant, cos, sin, cos 2, sin 2 (1/1024 px), mean deviation (1/1024 px),
+    sectors used, sectors inside the frame, mean area of the used ones, crossings that count. Returns the
+    number of sectors used."""
+    i = 0
+    inside = 0
+    total = 0
+    while i < 32:
+        residual = int(sectors[(i << 2) + 2])
+        tried = int(sectors[i << 2])
+        total += residual
+        means[i] = 0
+        means[i + 32] = 0
+        if tried > 0:
+            inside += 1
+            means[i + 32] = int(sectors[(i << 2) + 1]) // tried + 1
+            if residual * 2 >= tried and (int(skip[i]) & skip_bit) == 0:
+                means[i] = int(sectors[(i << 2) + 3]) // residual
+        sectors[i << 2] = 0
+        sectors[(i << 2) + 1] = 0
+        sectors[(i << 2) + 2] = 0
+        sectors[(i << 2) + 3] = 0
+        i += 1
+    a0 = 0
+    a1 = 0
+    b1 = 0
+    a2 = 0
+    b2 = 0
+    limit = 1048576
+    deviation = 0
+    used = 0
+    area = 0
+    while rounds > 0:
+        used = 0
+        area = 0
+        deviation = 0
+        s0 = 0
+        sa1 = 0
+        sb1 = 0
+        sa2 = 0
+        sb2 = 0
+        i = 0
+        while i < 32:
+            residual = int(means[i])
+            if residual > 0:
+                ca1 = (int(cosine[i * 8 + 4]) - 32768) >> 6
+                cb1 = (32768 - int(cosine[i * 8 + 68])) >> 6
+                ca2 = (int(cosine[(i * 16 + 8) & 255]) - 32768) >> 6
+                cb2 = (32768 - int(cosine[((i * 16 + 8) & 255) + 64])) >> 6
+                residual = residual - 32768 - a0 - ((a1 * ca1 + b1 * cb1 + a2 * ca2 + b2 * cb2) >> 8)
+                if residual < limit and 0 - limit < residual:
+                    used += 1
+                    area += int(means[i + 32])
+                    s0 += residual
+                    sa1 += residual * ca1
+                    sb1 += residual * cb1
+                    sa2 += residual * ca2
+                    sb2 += residual * cb2
+                    if residual < 0:
+                        residual = 0 - residual
+                    deviation += residual
+            i += 1
+        if used > 0:
+            a0 += s0 // used
+            a1 += (sa1 + sa1) // (used << 8)
+            b1 += (sb1 + sb1) // (used << 8)
+            a2 += (sa2 + sa2) // (used << 8)
+            b2 += (sb2 + sb2) // (used << 8)
+            deviation = deviation // used
+            area = area // used
+        limit = deviation * 4
+        if limit < floor:
+            limit = floor
+        rounds -= 1
+    result[0] = a0
+    result[1] = a1
+    result[2] = b1
+    result[3] = a2
+    result[4] = b2
+    result[5] = deviation
+    result[6] = used
+    result[7] = inside
+    result[8] = area
+    result[9] = total
+    return used
+
+
+@micropython.viper
+def weak_sectors(means: ptr32, i: int, weak: int, first: int, count: int, least: int) -> int:
+    """How many of `count` sectors from `first` (any integer >= 0, modulo 32) have a mean area below `least`.
+
+    means: 64 items as `ring_harmonics` leaves them; a sector outside the frame counts as weak."""
+    weak = 0
+    i = first
+    while i < first + count:
+        if int(means[32 + (i & 31)]) <= least:
+            weak += 1
+        i += 1
+    return weak

@@ -1,0 +1,244 @@
+"""Votes of edges for ring centres: each cell of the grid collects the directions it was seen from.
+
+A cell is 24 bits: 12 directions of the outer ring (bits 0..11), 12 of the inner one (12..23). Setting bits
+instead of counting means that a long line or a lamp, which send many votes from few directions, cannot win.
+Cells lie in rows of `row` cells with a padding around the frame's, so that no vote needs a bounds test.
+"""
+
+try:
+    import micropython
+except ImportError:
+    from larics._cpython import micropython, ptr8, ptr16, ptr32
+
+
+@micropython.viper
+def clear_cells(cells: ptr32, i: int, end: int) -> int:
+    """Sets cells i .. end - 1 to 0 in steps of 8: the last step may write up to 7 items past `end`."""
+    while i < end:
+        cells[i] = 0
+        cells[i + 1] = 0
+        cells[i + 2] = 0
+        cells[i + 3] = 0
+        cells[i + 4] = 0
+        cells[i + 5] = 0
+        cells[i + 6] = 0
+        cells[i + 7] = 0
+        i += 8
+    return 0
+
+
+@micropython.viper
+def cast_votes(
+    cells: ptr32, entry: int, cell: int, offsets: ptr16, bit: int, edges: ptr32, count: int, width: int,
+    step: int, row: int, outer_entries: int, inner_entries: int, bits: ptr32,
+) -> int:  # fmt: skip
+    """Sets, for each edge (position | direction << 20), its direction's bit in the cells where centres may
+    be.
+
+    `offsets`: for each of 48 directions, two runs of outer_entries and two of inner_entries cell offsets (all
+    >= 0, the caller has added the padding), all run lengths even; `bits`: the four runs' bits. step: px
+    between cells. Every offset + cell of an edge must lie inside `cells`. Returns the number of votes."""
+    per_direction = (outer_entries + inner_entries) * 2
+    i = 0
+    while i < count:
+        bit = int(edges[i])
+        i += 1
+        direction = bit >> 20
+        bit = bit & 1048575
+        y = bit // width
+        origin = (y // step) * row + (bit - y * width) // step
+        entry = direction * per_direction
+        run = direction << 2
+        last_run = run + 4
+        length = outer_entries
+        while run < last_run:
+            if run == last_run - 2:
+                length = inner_entries
+            bit = int(bits[run])
+            end = entry + length
+            while entry < end:
+                cell = int(offsets[entry]) + origin
+                cells[cell] = int(cells[cell]) | bit
+                cell = int(offsets[entry + 1]) + origin
+                cells[cell] = int(cells[cell]) | bit
+                entry += 2
+            run += 1
+    return count * per_direction
+
+
+@micropython.viper
+def join_cells(
+    cells: ptr32, i: int, o: int, blocks: ptr32, row: int, block_row: int, left: int, right: int, top: int,
+    bottom: int
+) -> int:
+    """blocks[y * block_row + x] = the four cells (2x, 2y) .. (2x + 1, 2y + 1), joined by OR.
+
+    For left <= x <= right, top <= y <= bottom, all in blocks; `cells` has rows of `row` cells."""
+    y = top
+    while y <= bottom:
+        o = y * block_row + left
+        end = y * block_row + right
+        i = y * 2 * row + left * 2
+        while o <= end:
+            blocks[o] = int(cells[i]) | int(cells[i + 1]) | int(cells[i + row]) | int(cells[i + row + 1])
+            i += 2
+            o += 1
+        y += 1
+    return 0
+
+
+@micropython.viper
+def find_windows(
+    blocks: ptr32, i: int, joined: int, block_row: int, left: int, right: int, top: int, bottom: int,
+    ones: ptr8, least: int, windows: ptr16, capacity: int,
+) -> int:  # fmt: skip
+    """Lists the 2x2-block windows that hold at least `least` of the 24 directions, as (directions, x, y).
+
+    left <= x < right, top <= y < bottom, in blocks; `ones`: 256 bit counts; `windows`: 3 * capacity + 3
+    items. A full list raises the limit and drops the weaker ones. Returns the number of windows."""
+    listed = 0
+    full = capacity * 3
+    y = top
+    while y < bottom:
+        i = y * block_row + left
+        end = y * block_row + right
+        before = int(blocks[i]) | int(blocks[i + block_row])
+        while i < end:
+            i += 1
+            here = int(blocks[i]) | int(blocks[i + block_row])
+            joined = before | here
+            before = here
+            if joined > 16383:
+                joined = int(ones[joined & 255]) + int(ones[(joined >> 8) & 255]) + int(ones[joined >> 16])
+                if joined >= least:
+                    windows[listed] = joined
+                    windows[listed + 1] = i - 1 - y * block_row
+                    windows[listed + 2] = y
+                    listed += 3
+                    if listed >= full:
+                        least += 1
+                        source = 0
+                        listed = 0
+                        while source < full:
+                            if int(windows[source]) >= least:
+                                windows[listed] = int(windows[source])
+                                windows[listed + 1] = int(windows[source + 1])
+                                windows[listed + 2] = int(windows[source + 2])
+                                listed += 3
+                            source += 3
+                        if listed >= full:
+                            listed = 0
+        y += 1
+    return listed // 3
+
+
+@micropython.viper
+def rank_centres(
+    cells: ptr32, i: int, value: int, row: int, windows: ptr16, count: int, ones: ptr8, centres: ptr32,
+    capacity: int, padding: int, step: int,
+) -> int:  # fmt: skip
+    """The best centres among the windows, best first, as (score, x_q8, y_q8) triples in `centres`.
+
+    A score is 512 times the directions in 3x3 cells plus the sum of the single cells' own; of two centres
+    less than 2.5 cells apart only the better stays. The position is the centroid of the squared counts; it
+    may lie outside the frame by a cell: 128 px are added so that it never is negative. `centres`: 3 *
+    capacity + 3 items; `padding`: cells around the frame's; step: px between cells. Returns the number of
+    centres."""
+    kept = 0
+    window = 0
+    while window < count:
+        x = int(windows[window * 3 + 1]) * 2 + 1
+        y = int(windows[window * 3 + 2]) * 2 + 1
+        window += 1
+        best = 0
+        best_x = x
+        best_y = y
+        corner = 0
+        while corner < 4:
+            i = (y + (corner >> 1) - 1) * row + x + (corner & 1) - 1
+            joined = 0
+            total = 0
+            line = 0
+            while line < 3:
+                value = int(cells[i])
+                joined = joined | value
+                total += int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+                value = int(cells[i + 1])
+                joined = joined | value
+                total += int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+                value = int(cells[i + 2])
+                joined = joined | value
+                total += int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+                i += row
+                line += 1
+            value = int(ones[joined & 255]) + int(ones[(joined >> 8) & 255]) + int(ones[joined >> 16])
+            value = (value << 9) + total
+            if value > best:
+                best = value
+                best_x = x + (corner & 1)
+                best_y = y + (corner >> 1)
+            corner += 1
+        # a near centre that is better wins; worse ones nearby are dropped
+        slot = 0
+        wins = 1
+        while slot < kept:
+            i = slot * 3
+            dx = int(centres[i + 1]) - best_x
+            dy = int(centres[i + 2]) - best_y
+            if dx * dx + dy * dy <= 5:
+                if int(centres[i]) >= best:
+                    wins = 0
+                    slot = kept
+                else:
+                    kept -= 1
+                    while i < kept * 3:
+                        centres[i] = int(centres[i + 3])
+                        i += 1
+            else:
+                slot += 1
+        if wins:
+            slot = kept
+            if kept < capacity:
+                kept += 1
+            elif int(centres[(capacity - 1) * 3]) < best:
+                slot = capacity - 1
+            else:
+                slot = 0 - 1
+            if slot >= 0:
+                i = slot * 3
+                while i > 0 and int(centres[i - 3]) < best:
+                    centres[i] = int(centres[i - 3])
+                    centres[i + 1] = int(centres[i - 2])
+                    centres[i + 2] = int(centres[i - 1])
+                    i -= 3
+                centres[i] = best
+                centres[i + 1] = best_x
+                centres[i + 2] = best_y
+    slot = 0
+    while slot < kept * 3:
+        best_x = int(centres[slot + 1])
+        best_y = int(centres[slot + 2])
+        i = (best_y - 1) * row + best_x - 1
+        weight = 0
+        sum_x = 0
+        sum_y = 0
+        y = 0 - 1
+        while y < 2:
+            x = 0 - 1
+            while x < 2:
+                value = int(cells[i])
+                value = int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+                value = value * value
+                weight += value
+                sum_x += value * x
+                sum_y += value * y
+                i += 1
+                x += 1
+            i += row - 3
+            y += 1
+        if weight == 0:
+            weight = 1
+        centres[slot + 1] = (((best_x - padding) << 8) + (sum_x << 8) // weight) * step + 32768
+        centres[slot + 2] = (((best_y - padding) << 8) + (sum_y << 8) // weight) * step + 32768
+        slot += 3
+    return kept

@@ -1,0 +1,133 @@
+"""Step 5: whether a candidate is believed, which ID it has, and by what margin.
+
+Every rule compares a measured quantity with a limit and turns the distance into a margin of 0..255; the
+weakest rule's is the marker's. The rules on rings and orientation line decide whether there is a marker,
+those on the code whether its ID is told.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.detection import NO_ID
+
+ACCEPTED = const(0)
+ID_UNCERTAIN = const(1)
+NO_RADIUS = const(2)  # the candidate's edges do not lie on two rings
+NO_FIT = const(3)  # the rings do not hold under the fit
+POOR_RINGS = const(4)  # coverage, ratio, depth or residual are not those of a marker
+OUT_OF_RANGE = const(5)
+NO_ORIENTATION = const(6)
+TWO_ORIENTATIONS = const(7)
+NOT_EMPTY = const(8)  # something dark or bright where nothing is printed
+NO_CODE = const(9)  # ID 0 while it is not enabled
+VERDICT_NAMES = (
+    "accepted", "id_uncertain", "no_radius", "no_fit", "poor_rings", "out_of_range", "no_orientation",
+    "two_orientations", "not_empty", "no_code",
+)  # fmt: skip
+
+_SECTORS = const(32)
+_BITS = (2, 4, 6)  # positions, most significant first
+
+
+class Judge:
+    """Judges one candidate at a time.
+
+    marker_id, margin   of the last one
+    """
+
+    def __init__(self, inner_q10, allowed_ids):
+        self.inner_q10 = inner_q10
+        self.allowed = bytearray(8)
+        for marker_id in allowed_ids:
+            self.allowed[marker_id] = 1
+        self.marker_id = NO_ID
+        self.margin = 255
+
+    def _rule(self, distance, scale):
+        """Counts a rule: `distance` from the limit, `scale` = a distance without any doubt. False below 0."""
+        if distance < 0:
+            return False
+        margin = distance * 255 // scale
+        if margin < self.margin:
+            self.margin = margin
+        return True
+
+    def rings(self, rings, radius_min_q8, radius_max_q8):
+        """The verdict on the fitted rings alone; begins a new candidate."""
+        self.margin = 255
+        self.marker_id = NO_ID
+        radius_q8 = rings.radius_q8
+        if radius_q8 * 8 < radius_min_q8 * 7 or radius_q8 * 8 > radius_max_q8 * 9:
+            return OUT_OF_RANGE
+        outer = rings.used_outer * 64 // max(1, rings.inside_outer)
+        inner = rings.used_inner * 64 // max(1, rings.inside_inner)
+        ratio_off = abs((rings.inner_q8 << 10) // radius_q8 - self.inner_q10)
+        weaker = min(rings.outer_area, rings.inner_area)
+        stronger = max(rings.outer_area, rings.inner_area)
+        # 1024ths of the radius
+        residual = (rings.deviation_outer_q10 + rings.deviation_inner_q10) * 256 // radius_q8
+        bulge = max(abs(rings.bulge_cos), abs(rings.bulge_sin))
+        if (
+            rings.inside_outer >= 20
+            and rings.inside_inner >= 24
+            and self._rule(outer - 36, 20)
+            and self._rule(inner - 36, 20)
+            and self._rule(outer + inner - 80, 36)
+            and self._rule(26 - ratio_off, 20)
+            and self._rule(weaker * 10 - stronger * 6, stronger * 3)
+            and self._rule(24 - residual, 18)
+            and bulge * 2 < radius_q8
+        ):
+            return ACCEPTED
+        return POOR_RINGS
+
+    def orientation(self, lines):
+        """The verdict on the orientation line."""
+        if lines.rivals == 0:
+            return NO_ORIENTATION
+        if lines.rivals > 1 or not self._rule(150 - lines.second_q8, 100):
+            return TWO_ORIENTATIONS
+        if (
+            self._rule(lines.line_q8 - 96, 110)
+            and self._rule(80 - lines.gap_q8, 80)
+            and self._rule(100 - abs(lines.slope_q10), 80)
+        ):
+            return ACCEPTED
+        return NO_ORIENTATION
+
+    def code(self, lines, rings):
+        """The verdict on the eight inner positions."""
+        near = lines.near_q8
+        far = lines.far_q8
+        guard = 0
+        for position in range(8):
+            if position & 1 or position == 0:
+                value = (near[position] + far[position]) >> 1
+                if value > guard:
+                    guard = value
+        if not self._rule(90 - guard, 60):
+            return NOT_EMPTY
+        marker_id = 0
+        certain = True
+        for position in _BITS:
+            low = min(near[position], far[position])
+            high = max(near[position], far[position])
+            marker_id <<= 1
+            if low >= 110:
+                marker_id |= 1
+                if not self._rule(low - 110, 90):
+                    certain = False
+            elif not self._rule(70 - high, 50):
+                certain = False
+        if not certain:
+            return ID_UNCERTAIN
+        if not self.allowed[marker_id]:
+            return NO_CODE if marker_id == 0 else ID_UNCERTAIN
+        self.marker_id = marker_id
+        return ACCEPTED
+
+    def erasures(self, lines, rings):
+        """Whether the 0 bits can be believed: only where the rings beside them are intact."""
+        return ACCEPTED
