@@ -4,20 +4,24 @@ from larics.detection import NO_ID, flag_names
 from larics.marker import LARICS3
 from larics_host.errors import UserError
 
-METHODS = ("paper",)
-DEFAULT_METHOD = "paper"
+METHODS = ("larics", "paper")
+DEFAULT_METHOD = "larics"
 DEFAULT_RADIUS_PX = (10, 66)  # what an unknown camera height may give
 
 
-def make_detector(method, width, height, radius_px=None, family=LARICS3):
+def make_detector(method, width, height, radius_px=None, line_mm=None, allowed_ids=None, allow_id0=False):
     """A detector for frames of one size.
 
-    method: one of METHODS; radius_px: (smallest, largest) radius of the outer ring, None when unknown.
+    method: one of METHODS; radius_px: (smallest, largest) radius of the outer ring, None when unknown;
+    line_mm: whole mm, width of the lines at a ring radius of 150 mm, None for the usual 15 to 20;
+    allowed_ids: the IDs that may be reported, None for all (method larics only).
     Raises UserError when no marker of that size can be in such a frame, or the method does not take it.
     """
+    if method not in METHODS:
+        raise UserError("unknown method %s: use one of %s" % (method, ", ".join(METHODS)))
     low, high = radius_px or DEFAULT_RADIUS_PX
     if not radius_px:
-        high = max(low, min(high, min(width, height) // 2))
+        high = max(low + 1, min(high, min(width, height) // 2))
     if min(width, height) < 2 * low + 1:
         raise UserError(
             "a frame of %d x %d px is smaller than a ring of radius %d px: use larger frames or --radius-px"
@@ -28,14 +32,16 @@ def make_detector(method, width, height, radius_px=None, family=LARICS3):
         if method == "paper":
             from larics.paper import PaperDetector
 
+            line_mm10 = 0 if line_mm is None else 10 * line_mm
+            family = LARICS3.scaled(LARICS3.outer_mm10, line_mm10, allow_id0)
             return PaperDetector(width, height, low, high, family=family)
-        if method == "larics":
-            from larics.detector import Detector
+        from larics.detector import Detector
 
-            return Detector(width, height, radius_min_px=low, radius_max_px=high, family=family)
+        return Detector(
+            width, height, low, high, line_mm=line_mm, allowed_ids=allowed_ids, allow_id0=allow_id0
+        )
     except ValueError as error:
         raise UserError(str(error)) from error
-    raise UserError("unknown method %s: use one of %s" % (method, ", ".join(METHODS)))
 
 
 def as_dict(detection):

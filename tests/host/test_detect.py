@@ -84,6 +84,14 @@ def test_an_unknown_radius_needs_no_option(folder, capsys):
     assert [found["id"] for found in one["detections"]] == [5]
 
 
+def test_ids_in_use_and_line_width_are_options(tmp_path, capsys):
+    save(tmp_path / "thin.pgm", plain_frame(6, radius_px=32.0, line=8))
+    assert detect(tmp_path, "--json", "--line-mm", 8, *RADIUS) == 0
+    assert detect(tmp_path, "--json", "--line-mm", 8, "--ids", "1,2", *RADIUS) == 0
+    reads = [[found["id"] for found in one["detections"]] for one in objects(capsys.readouterr().out)]
+    assert reads[0] == [6] and 6 not in reads[1]
+
+
 def test_frames_of_different_sizes_in_one_run(tmp_path, capsys):
     for name, size in (("a.pgm", (128, 112)), ("b.pgm", (160, 120)), ("c.pgm", (128, 112))):
         save(tmp_path / name, plain_frame(6, 60, 55, 100, size=size))
@@ -181,7 +189,11 @@ def test_frames_too_small_are_reported_once(folder, tmp_path, capsys):
         (["good.pgm", "--radius-px", "30"], "--radius-px"),
         (["good.pgm", "--method", "guess"], "guess"),
         (["good.pgm", "--line-mm", "0"], "--line-mm 0"),
-        (["good.pgm", "--line-mm", "nan"], "--line-mm nan"),
+        (["good.pgm", "--line-mm", "x"], "--line-mm"),
+        (["good.pgm", "--ids", "1;2"], "--ids"),
+        (["good.pgm", "--ids", "8"], "--ids"),
+        (["good.pgm", "--ids", "0,1"], "--allow-id0"),
+        (["good.pgm", "--ids", "1", "--method", "paper"], "--ids"),
         (["good.pgm", "--draw", "good.pgm"], "cannot write to good.pgm"),
         ([], "FRAME"),
     ],

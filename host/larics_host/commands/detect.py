@@ -31,6 +31,12 @@ def _radius_range(text):
     return int(match.group(1)), int(match.group(2))
 
 
+def _id_list(text):
+    if not re.fullmatch(r"[0-7](,[0-7])*", text):
+        raise argparse.ArgumentTypeError("%r is not a list of IDs from 0 to 7, such as 1,3,6" % text)
+    return sorted({int(item) for item in text.split(",")})
+
+
 def add_arguments(parser):
     parser.add_argument(
         "frames",
@@ -54,21 +60,25 @@ def add_arguments(parser):
     parser.add_argument(
         "--line-mm",
         metavar="W",
-        type=float,
-        default=20.0,
-        help="line width of the markers at a ring radius of 150 mm; 15 to 20 need no option (default 20)",
+        type=int,
+        help="line width of the markers at a ring radius of 150 mm, 5 to 30; 15 to 20 need no option",
+    )
+    parser.add_argument(
+        "--ids", metavar="ID,ID...", type=_id_list, help="the IDs in use, such as 1,3,6 (default: 1 to 7)"
     )
     parser.add_argument("--allow-id0", action="store_true", help="ID 0 is in use too")
     parser.add_argument("--json", action="store_true", help="one JSON object a frame on standard output")
     parser.add_argument("--draw", metavar="DIR", help="write each frame as PNG with its detections drawn in")
 
 
-def _family(args):
-    from larics.marker import LARICS3
-
-    if not 5 <= args.line_mm <= 30:
-        raise UserError("--line-mm %g is out of range: use 5 to 30" % args.line_mm)
-    return LARICS3.scaled(LARICS3.outer_mm10, round(10 * args.line_mm), args.allow_id0)
+def _check(args):
+    """Raises UserError for options that do not fit each other."""
+    if args.line_mm is not None and not 5 <= args.line_mm <= 30:
+        raise UserError("--line-mm %d is out of range: use 5 to 30" % args.line_mm)
+    if args.ids and args.method == "paper":
+        raise UserError("--ids is not for --method paper, which reads any ID")
+    if args.ids and 0 in args.ids and not args.allow_id0:
+        raise UserError("--ids has 0, which is off: give --allow-id0 too")
 
 
 class _Drawings:
@@ -92,12 +102,12 @@ class _Drawings:
         self.names.add(unique)
         return self.folder / (unique + ".png")
 
-    def write(self, name, frame, found, family):
+    def write(self, name, frame, found):
         import cv2
 
         from larics_host.drawing import draw_detections
 
-        data = cv2.imencode(".png", draw_detections(frame, found, family=family))[1].tobytes()
+        data = cv2.imencode(".png", draw_detections(frame, found))[1].tobytes()
         path = self._path(name)
         try:
             path.write_bytes(data)
@@ -132,9 +142,8 @@ class _Table:
 class _Detecting:
     """One detector for each frame size, made when the first frame of that size comes."""
 
-    def __init__(self, args, family):
+    def __init__(self, args):
         self.args = args
-        self.family = family
         self.by_size = {}
         self.times_ms = []
         self.failed = False
@@ -150,7 +159,13 @@ class _Detecting:
         if fresh:
             try:
                 self.by_size[width, height] = detectors.make_detector(
-                    self.args.method, width, height, self.args.radius_px, self.family
+                    self.args.method,
+                    width,
+                    height,
+                    self.args.radius_px,
+                    self.args.line_mm,
+                    self.args.ids,
+                    self.args.allow_id0,
                 )
             except UserError as error:
                 self.by_size[width, height] = None
@@ -197,9 +212,9 @@ def run(args):
     from larics_host.frames import open_frames
     from larics_host.progress import watched
 
-    family = _family(args)
+    _check(args)
     drawings = _Drawings(args.draw) if args.draw else None
-    work = _Detecting(args, family)
+    work = _Detecting(args)
     total, width = _sources(args.frames)
     table = None
     frames = with_marker = skipped = 0
@@ -216,7 +231,7 @@ def run(args):
             table = table or _Table(width)
             table.frame(name, found)
         if drawings:
-            drawings.write(name, frame, found, family)
+            drawings.write(name, frame, found)
         frames += 1
         with_marker += bool(found)
         ids.update(one["id"] for one in found)
