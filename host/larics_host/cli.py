@@ -24,6 +24,7 @@ COMMANDS = (
     "marker",
     "detect",
     "log",
+    "simulate",
 )
 
 EXIT_BAD_INPUT = 2

@@ -3,12 +3,13 @@
 import sys
 
 
-def watched(items, total=None, label="frames"):
+def watched(items, total=None, label="frames", quiet_stdout=False):
     """Passes `items` through and shows how far they are; `total` is their number, None when unknown.
 
     Silent unless standard error is a terminal and standard output is not: a table there shows the same.
+    quiet_stdout: nothing goes to standard output meanwhile, so the bar is shown beside it, too.
     """
-    if not sys.stderr.isatty() or sys.stdout.isatty():
+    if not sys.stderr.isatty() or (sys.stdout.isatty() and not quiet_stdout):
         yield from items
         return
     from rich.console import Console

@@ -7,6 +7,7 @@ integer code of `larics`.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -49,6 +50,23 @@ class Motion:
         """The Pose `seconds` (negative: before) from `pose`."""
         x, y, heading = self.drive(pose, seconds)
         return Pose(float(x), float(y), math.degrees(heading))
+
+
+@lru_cache(maxsize=16)
+def _lens_table(k1, k2, limit):
+    """undistorted / distorted radius over the distorted radius squared, 0..limit in equal steps."""
+    distorted = np.sqrt(np.linspace(0.0, limit, LENS_TABLE_SIZE))
+    radius = distorted.copy()
+    for _ in range(30):  # Newton
+        square = radius * radius
+        error = radius * (1 + square * (k1 + square * k2)) - distorted
+        slope = 1 + square * (3 * k1 + square * 5 * k2)
+        if np.any(slope <= 0.05):
+            raise ValueError("lens distortion k1=%g k2=%g folds over inside the frame" % (k1, k2))
+        radius -= error / slope
+    table = np.ones(LENS_TABLE_SIZE)
+    table[1:] = radius[1:] / distorted[1:]
+    return table
 
 
 @dataclass(frozen=True)
@@ -96,7 +114,7 @@ class Camera:
         far_y = max(self.center_y_px, self.height - 1 - self.center_y_px) + 2
         limit = LENS_TABLE_MARGIN * (far_x**2 + far_y**2) / self.focal_px**2
         object.__setattr__(self, "lens_step", limit / (LENS_TABLE_SIZE - 1))
-        object.__setattr__(self, "lens_table", self._lens_table(limit))
+        object.__setattr__(self, "lens_table", _lens_table(self.k1, self.k2, limit))
 
     def _rotation(self):
         """3x3 camera axes (image right, image down, out of the lens) -> vehicle frame."""
@@ -111,23 +129,6 @@ class Camera:
         cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
         lean = np.eye(3) + math.sin(tilt) * cross + (1 - math.cos(tilt)) * (cross @ cross)
         return lean @ turn @ base
-
-    def _lens_table(self, limit):
-        """undistorted / distorted radius over the distorted radius squared, 0..limit in equal steps."""
-        distorted = np.sqrt(np.linspace(0.0, limit, LENS_TABLE_SIZE))
-        radius = distorted.copy()
-        for _ in range(30):  # Newton
-            square = radius * radius
-            error = radius * (1 + square * (self.k1 + square * self.k2)) - distorted
-            slope = 1 + square * (3 * self.k1 + square * 5 * self.k2)
-            if np.any(slope <= 0.05):
-                raise ValueError(
-                    "lens distortion k1=%g k2=%g folds over inside the frame" % (self.k1, self.k2)
-                )
-            radius -= error / slope
-        table = np.ones(LENS_TABLE_SIZE)
-        table[1:] = radius[1:] / distorted[1:]
-        return table
 
     def row_seconds(self, y_px):
         """Mid-exposure time of a row, seconds after that of the middle of the frame."""

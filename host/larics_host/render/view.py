@@ -15,6 +15,7 @@ CIRCLE = np.stack([np.cos(RIM), np.sin(RIM)], axis=1)
 MIN_SAMPLES, SAMPLES_PER_PX, MAX_SAMPLES = 12, 4, 160
 # the ramp of an edge, as a share of a pixel, that a sample stands for
 SAMPLE_RAMP = 0.5
+BOX_MARGIN_PX = 4
 
 
 def render_view(scene, pose, motion, camera, sensor, rng, *, name="", time_us=0):
@@ -164,32 +165,38 @@ class _Pass:
         away_x = np.abs(rows[:, kernels.X] - self.pose.x_mm - self.middle[0]) - self.half[0]
         away_y = np.abs(rows[:, kernels.Y] - self.pose.y_mm - self.middle[1]) - self.half[1]
         rows = rows[np.maximum(away_x, away_y) < size]
-        long = rows[:, kernels.A] + rows[:, kernels.B] * (rows[:, kernels.KIND] != kernels.BOX)
-        for row, length in zip(rows, long, strict=True):
-            oblong = row[kernels.KIND] in (kernels.BOX, kernels.GRILLE, kernels.ROD)
-            wide = row[kernels.B] if oblong else length
-            extra = reach(row) + 2 * self.mm_per_px
-            along = (length + extra) * np.array([-1, -0.5, 0, 0.5, 1, 1, 1, 0.5, 0, -0.5, -1, -1])
-            across = (wide + extra) * np.array([-1, -1, -1, -1, -1, 0, 1, 1, 1, 1, 1, 0])
-            cos, sin = row[kernels.COS], row[kernels.SIN]
-            x = row[kernels.X] + cos * along - sin * across
-            y = row[kernels.Y] + sin * along + cos * across
-            box = self._box(np.stack([x, y], axis=1), 4)
+        kind, a, b = rows[:, kernels.KIND], rows[:, kernels.A], rows[:, kernels.B]
+        long = np.where(kind == kernels.BOX, a, a + b)
+        wide = np.where((kind == kernels.BOX) | (kind == kernels.GRILLE) | (kind == kernels.ROD), b, long)
+        margin = 2 * self.mm_per_px + np.array([reach(row) for row in rows])
+        # a dozen points around each, so that a lens cannot bend a part out of the box
+        along = np.array([-1, -0.5, 0, 0.5, 1, 1, 1, 0.5, 0, -0.5, -1, -1]) * (long + margin)[:, None]
+        across = np.array([-1, -1, -1, -1, -1, 0, 1, 1, 1, 1, 1, 0]) * (wide + margin)[:, None]
+        cos, sin = rows[:, kernels.COS, None], rows[:, kernels.SIN, None]
+        x = rows[:, kernels.X, None] + cos * along - sin * across
+        y = rows[:, kernels.Y, None] + sin * along + cos * across
+        pixels = self._pixels(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(-1, along.shape[1], 2)
+        rows[:, kernels.X] -= self.pose.x_mm
+        rows[:, kernels.Y] -= self.pose.y_mm
+        for row, around in zip(rows, pixels, strict=True):
+            box = self._box(around)
             if box is not None:
-                row[kernels.X] -= self.pose.x_mm
-                row[kernels.Y] -= self.pose.y_mm
                 yield row, box
 
-    def _box(self, map_points, margin_px):
-        """Rows and columns from .. to around the convex hull of ceiling points; None outside the frame."""
-        pixels = self.camera.look_at(map_points, self.scene.ceiling_mm, self.pose)
+    def _pixels(self, map_points):
+        return self.camera.look_at(map_points, self.scene.ceiling_mm, self.pose)
+
+    def _box(self, pixels):
+        """Rows and columns from .. to around image points, with a margin; None outside the frame."""
         height, width = self.shape
         if np.isnan(pixels).any():
             return np.array([0, height, 0, width])
         # the rolling shutter shows the first and last rows from elsewhere on the path
         late = self.camera.row_us * 1e-6 * height / 2
         speed = math.hypot(self.motion.forward_mm_s, self.motion.left_mm_s) / self.mm_per_px
-        margin = margin_px + late * (speed + math.radians(abs(self.motion.turn_deg_s)) * self.camera.width)
+        margin = BOX_MARGIN_PX + late * (
+            speed + math.radians(abs(self.motion.turn_deg_s)) * self.camera.width
+        )
         left, top = np.floor(pixels.min(axis=0) - margin).astype(int)
         right, bottom = np.ceil(pixels.max(axis=0) + margin).astype(int) + 1
         box = np.array([max(top, 0), min(bottom, height), max(left, 0), min(right, width)])
@@ -212,7 +219,7 @@ class _Pass:
         samples = pixel_samples(min(count, MAX_SAMPLES), self.exposure_s)
         reach = 0.75 * coarse + blur_mm / 2 + mean
         heading = math.radians(plate.pose.heading_deg)
-        box = self._box(center + (plate.radius_mm + reach) * CIRCLE, 3)
+        box = self._box(self._pixels(center + (plate.radius_mm + reach) * CIRCLE))
         if box is None:
             return
         row = np.array(

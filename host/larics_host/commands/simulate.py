@@ -1,0 +1,223 @@
+"""`larics simulate`: frames with truth, to try everything without a camera."""
+
+import json
+from pathlib import Path
+
+from larics_host.errors import UserError
+from larics_host.progress import watched
+from larics_host.truth import TruthWriter
+
+NAME = "simulate"
+HELP = "render frames of a ceiling with markers, with the truth about each"
+EXAMPLE = """
+larics simulate --preset sunny --frames 100 --seed 7 --radius-px 30 -o frames
+larics simulate --preset cloudy --drive curve --ids 1,2,3 --rate 10 -o drive
+"""
+
+# named here as well, for a quick --help; a test compares them with the renderer's
+PRESET_NAMES = ("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative")
+MIN_SIDE_PX, MAX_SIDE_PX = 16, 2048
+MAX_RADIUS_PX = 400.0
+
+
+def add_arguments(parser):
+    """Arguments of the command."""
+    parser.add_argument("--preset", default="sunny", help=", ".join(PRESET_NAMES))
+    parser.add_argument("--frames", type=int, metavar="N", help="how many (100; a drive: to the path's end)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the same seed gives the same bytes")
+    parser.add_argument("--radius-px", type=float, default=30.0, metavar="PX", help="outer ring in the image")
+    parser.add_argument("--width", type=int, default=360, metavar="PX")
+    parser.add_argument("--height", type=int, default=296, metavar="PX")
+    parser.add_argument(
+        "--ids", metavar="N,N", help="IDs to draw from; on a drive: the markers in their order"
+    )
+    parser.add_argument("--target", default="larics", help="larics, or a tag to compare: aruco, apriltag")
+    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder for the frames")
+    parser.add_argument("--overwrite", action="store_true", help="replace the frames that DIR holds")
+    scene = parser.add_argument_group("instead of what the preset draws")
+    scene.add_argument("--contrast", type=float, metavar="GREY", help="between white plate and black ink")
+    scene.add_argument("--blur-px", type=float, metavar="PX", help="motion during the exposure")
+    scene.add_argument("--defocus-px", type=float, metavar="PX", help="sigma of the optics' blur")
+    scene.add_argument("--tilt-deg", type=float, metavar="DEG", help="lean of the camera")
+    scene.add_argument("--occlusion", type=float, metavar="SHARE", help="hidden share of the ring, 0 to 1")
+    scene.add_argument("--line-mm", type=float, metavar="MM", help="line width, 5 to 30")
+    drive = parser.add_argument_group("a drive under several markers")
+    drive.add_argument("--drive", metavar="SHAPE", help="straight or curve")
+    drive.add_argument("--speed-cm-s", type=float, metavar="CM", help="speed (that of the preset)")
+    drive.add_argument("--rate", type=float, default=30.0, metavar="HZ", help="frames per second (30)")
+    drive.add_argument(
+        "--spacing-mm", type=float, default=1500.0, metavar="MM", help="marker to marker (1500)"
+    )
+
+
+# option, lowest, highest value that makes sense
+_LIMITS = (
+    ("radius_px", 3.0, MAX_RADIUS_PX),
+    ("width", # named here as well, for a quick --help; a test compares them with the renderer's
+PRESET_NAMES = ("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative")
+MIN_SIDE_PX, MAX_SIDE_PX),
+    ("height", # named here as well, for a quick --help; a test compares them with the renderer's
+PRESET_NAMES = ("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative")
+MIN_SIDE_PX, MAX_SIDE_PX),
+    ("frames", 1, 1_000_000),
+    ("seed", 0, 2**62),
+    ("contrast", 0.5, 255.0),
+    ("blur_px", 0.0, 100.0),
+    ("defocus_px", 0.0, 50.0),
+    ("tilt_deg", 0.0, 60.0),
+    ("occlusion", 0.0, 1.0),
+    ("line_mm", 5.0, 30.0),
+    ("speed_cm_s", 0.1, 2000.0),
+    ("rate", 0.01, 10000.0),
+    ("spacing_mm", 500.0, 100_000.0),
+)
+_OVERRIDES = ("contrast", "blur_px", "defocus_px", "tilt_deg", "occlusion", "line_mm")
+
+
+def _check(args):
+    from larics_host.render.drive import SHAPES
+    from larics_host.render.plates import TARGETS
+
+    for value, known, what in (
+        (args.preset, PRESET_NAMES, "preset"),
+        (args.target, TARGETS, "target"),
+        (args.drive or SHAPES[0], SHAPES, "drive"),
+    ):
+        if value not in known:
+            raise UserError("unknown %s %s: choose from %s" % (what, value, ", ".join(known)))
+    for name, low, high in _LIMITS:
+        value = getattr(args, name)
+        if value is not None and not low <= value <= high:  # also refuses nan
+            option = "--" + name.replace("_", "-")
+            raise UserError("%s is %g: give a number from %g to %g" % (option, value, low, high))
+    if args.drive:
+        given = [name for name in _OVERRIDES if getattr(args, name) is not None]
+        if given:
+            raise UserError("--%s does not go with --drive" % given[0].replace("_", "-"))
+    elif args.speed_cm_s is not None:
+        raise UserError("--speed-cm-s needs --drive")
+
+
+def _ids(text):
+    from larics.marker import ID_COUNT
+
+    try:
+        ids = [int(part) for part in text.split(",")]
+    except ValueError:
+        raise UserError("--ids %s: give numbers with commas between, such as 1,2,3" % text) from None
+    for marker_id in ids:
+        if not 0 <= marker_id < ID_COUNT:
+            raise UserError("unknown ID %d: IDs are 0 to %d" % (marker_id, ID_COUNT - 1))
+    return ids
+
+
+def _folder(args):
+    folder = Path(args.output)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        old = list(folder.glob("frame_*.pgm"))
+        if old and not args.overwrite:
+            raise UserError("%s holds frames already: choose another folder or add --overwrite" % folder)
+        for path in old:
+            path.unlink()
+    except OSError as error:
+        raise UserError("cannot write to %s: %s" % (folder, error.strerror)) from None
+    return folder
+
+
+def _write_frame(path, frame):
+    height, width = frame.shape
+    try:
+        path.write_bytes(b"P5\n%d %d\n255\n" % (width, height) + frame.tobytes())
+    except OSError as error:
+        raise UserError("cannot write %s: %s" % (path, error.strerror)) from None
+
+
+def _camera_facts(camera):
+    return {
+        "focal_px": round(camera.focal_px, 4),
+        "center_x_px": round(camera.center_x_px, 4),
+        "center_y_px": round(camera.center_y_px, 4),
+        "k1": round(camera.k1, 6),
+        "k2": round(camera.k2, 6),
+        "row_us": round(camera.row_us, 3),
+        "mounting_deg": camera.mounting_deg,
+        "mirrored": camera.mirrored,
+    }
+
+
+def _plan_drive(args, facts):
+    """(function index -> frame and truths, number of frames); completes the facts."""
+    from larics_host.render.drive import draw_drive
+
+    drive = draw_drive(
+        args.preset,
+        args.seed,
+        shape=args.drive,
+        marker_ids=_ids(args.ids) if args.ids else (1, 2, 3, 4, 5),
+        spacing_mm=args.spacing_mm,
+        speed_mm_s=None if args.speed_cm_s is None else 10 * args.speed_cm_s,
+        rate_hz=args.rate,
+        width=args.width,
+        height=args.height,
+        radius_px=args.radius_px,
+        target=args.target,
+    )
+    camera = drive.camera
+    facts["camera"] = _camera_facts(camera)
+    facts["camera"]["tilt_deg"] = round(camera.tilt_deg, 4)
+    facts["camera"]["tilt_direction_deg"] = round(camera.tilt_direction_deg, 3)
+    facts["camera"]["exposure_us"] = round(camera.exposure_us, 1)
+    facts["ceiling_mm"] = round(drive.scene.ceiling_mm, 3)
+    facts["drive"] = {"shape": args.drive, "speed_mm_s": round(drive.speed_mm_s, 3), "rate_hz": args.rate}
+    facts["markers"] = [
+        {
+            "id": plate.marker_id,
+            "x_mm": round(plate.pose.x_mm, 3),
+            "y_mm": round(plate.pose.y_mm, 3),
+            "heading_deg": round(plate.pose.heading_deg, 4),
+        }
+        for plate in drive.scene.plates
+    ]
+    return drive.frame, args.frames or drive.frames
+
+
+def _plan_series(args, facts):
+    from larics_host.render import render_frame
+    from larics_host.render.series import draw_camera
+
+    sizes = {"width": args.width, "height": args.height, "radius_px": args.radius_px}
+    overrides = {name: getattr(args, name) for name in _OVERRIDES if getattr(args, name) is not None}
+    facts["camera"] = _camera_facts(draw_camera(args.preset, args.seed, **sizes))
+    facts["overrides"] = dict(overrides)
+    if args.ids:
+        overrides["marker_ids"] = _ids(args.ids)
+
+    def frame(index):
+        return render_frame(args.preset, args.seed, index, target=args.target, **sizes, **overrides)
+
+    return frame, args.frames or 100
+
+
+def run(args):
+    """Renders the frames; returns the exit code."""
+    try:
+        import numba  # noqa: F401 (the renderer's loops are hopeless without it)
+    except ImportError:
+        raise UserError("larics simulate needs the Python package numba: pip install numba") from None
+    _check(args)
+    facts = {"preset": args.preset, "seed": args.seed, "width": args.width, "height": args.height}
+    facts.update(radius_px=args.radius_px, target=args.target)
+    render, count = (_plan_drive if args.drive else _plan_series)(args, facts)
+    facts["frames"] = count
+    folder = _folder(args)
+    seen = 0
+    with TruthWriter(folder / "truth.csv") as truth_file:
+        (folder / "scene.json").write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
+        for index in watched(range(count), count, quiet_stdout=True):
+            frame, truths = render(index)
+            _write_frame(folder / truths[0].frame, frame)
+            truth_file.write(truths)
+            seen += sum(truth.id is not None for truth in truths)
+    print("%d frames with %d markers, truth.csv and scene.json in %s" % (count, seen, folder))
+    return 0
