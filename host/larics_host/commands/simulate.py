@@ -53,12 +53,8 @@ def add_arguments(parser):
 # option, lowest, highest value that makes sense
 _LIMITS = (
     ("radius_px", 3.0, MAX_RADIUS_PX),
-    ("width", # named here as well, for a quick --help; a test compares them with the renderer's
-PRESET_NAMES = ("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative")
-MIN_SIDE_PX, MAX_SIDE_PX),
-    ("height", # named here as well, for a quick --help; a test compares them with the renderer's
-PRESET_NAMES = ("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative")
-MIN_SIDE_PX, MAX_SIDE_PX),
+    ("width", MIN_SIDE_PX, MAX_SIDE_PX),
+    ("height", MIN_SIDE_PX, MAX_SIDE_PX),
     ("frames", 1, 1_000_000),
     ("seed", 0, 2**62),
     ("contrast", 0.5, 255.0),
