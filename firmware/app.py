@@ -14,7 +14,7 @@ from larics.raw import RawSender
 from larics.setting_fields import FIELDS
 from link import Link
 from loop import Loop
-from parts import make_detector, make_localizer, make_locator
+from parts import make_detector, make_locator, make_navigator
 from reports import Reports
 
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allow_id0")
@@ -44,7 +44,7 @@ class App:
         gc.collect()  # the detector's buffers are the largest: they go in before the heap is cut up
         self.detector = make_detector(settings)
         self.locator = make_locator(settings)
-        self.localizer = make_localizer(settings)
+        self.navigator = make_navigator(settings)
         self.raw = RawSender()
         self.commands = Commands(settings, self.raw, self, boot)
         self.decoder = Decoder(self.commands.on_message)
@@ -82,7 +82,7 @@ class App:
             gc.collect()
             self.detector = make_detector(self.settings)
         self.locator = make_locator(self.settings)
-        self.localizer = make_localizer(self.settings)
+        self.navigator = make_navigator(self.settings)
         self.outbox.divider = self.settings.rate_divider
 
     def save(self):

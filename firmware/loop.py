@@ -23,7 +23,7 @@ class Loop:
     camera     started driver, see cameras
     detector   detect(frame) -> list of Detection
     locator    larics.camera.Camera
-    localizer  larics.pose.Localizer, or None without a map
+    navigator  larics.navigator.Navigator, or None without a map
     settings   larics.settings.Settings
     link, outbox, reports, commands, faults, health, decoder
     """
@@ -158,19 +158,27 @@ class Loop:
     def _locate(self, found):
         """Puts the detections that may be reported in place; returns how many."""
         parts, measurements = self._parts, self._measurements
-        settings, health = parts.settings, parts.health
+        health = parts.health
         count = 0
         for detection in found:
             if count == _MARKERS_MAX:
                 break
             measurement = measurements[count]
-            if parts.locator.locate(detection, measurement, settings.outer_mm10) and self._is_allowed(
-                measurement.marker_id
-            ):
+            if self._place(detection, measurement) and self._is_allowed(measurement.marker_id):
                 count += 1
             else:
                 health.rejects = (health.rejects + 1) & m.COUNT_MAX
         return count
+
+    def _place(self, detection, measurement):
+        """Size and height of a marker are those of the map, if it says so, else of the settings."""
+        parts = self._parts
+        outer_mm10, z_mm10 = parts.settings.outer_mm10, 0
+        if parts.navigator is not None:
+            marker_id = parts.locator.read_id(detection.marker_id)
+            outer_mm10 = parts.navigator.outer_mm10(marker_id)
+            z_mm10 = parts.navigator.z_mm10(marker_id)
+        return parts.locator.locate(detection, measurement, outer_mm10, z_mm10)
 
     def _is_allowed(self, marker_id):
         allowed = self._parts.settings.allowed_ids
@@ -178,11 +186,11 @@ class Loop:
 
     def _update_state(self, count):
         parts, clock = self._parts, self._clock
-        if parts.localizer is not None:
+        if parts.navigator is not None:
             capture_us = parts.camera.capture_us & m.COUNT_MAX
-            parts.health.state = parts.localizer.update(self._measurements, count, capture_us)
-            if parts.localizer.fault:
-                parts.faults.report(parts.localizer.fault)
+            parts.health.state = parts.navigator.update(self._measurements, count, capture_us)
+            if parts.navigator.fault:
+                parts.faults.report(parts.navigator.fault)
             return
         now_ms = clock.ticks_ms()
         for index in range(count):
@@ -205,8 +213,8 @@ class Loop:
             reports.no_marker(frame, age_us)
         for index in range(count):
             reports.marker(frame, age_us, index, count, self._measurements[index], calibrated)
-        if parts.localizer is not None:
-            reports.pose(frame, age_us, parts.localizer)
+        if parts.navigator is not None:
+            reports.pose(frame, age_us, parts.navigator)
         parts.outbox.commit(now_us)
 
     def _report_status(self):

@@ -45,12 +45,18 @@ def make_locator(settings):
     )
 
 
-def make_localizer(settings):
-    """The localizer in the map of the settings; None without a map. ValueError for an impossible map."""
+def make_navigator(settings):
+    """Pose in the map and on the route of the settings; None without a map or a calibration.
+    ValueError for an impossible map or route."""
     if not settings.map or not settings.focal_q8:
         return None
-    from larics.markermap import MarkerMap
-    from larics.pose import Localizer
+    from larics.navigator import Navigator
 
-    marker_map = MarkerMap(settings.map, outer_mm10=settings.outer_mm10, lens_mm10=settings.camera_z_mm10)
-    return Localizer(marker_map, speed_mm_s=max(1, settings.max_speed_mm_s))
+    return Navigator(
+        settings.map,
+        settings.route,
+        settings.allowed_ids,
+        settings.outer_mm10,
+        settings.camera_z_mm10,
+        max(1, settings.max_speed_mm_s),
+    )

@@ -44,9 +44,10 @@ class Reports:
         values[3] = m.ID_NONE
         self._outbox.add(m.MARKER, values)
 
-    def pose(self, frame, age_us, localizer):
+    def pose(self, frame, age_us, navigator):
         """The vehicle's pose; age_us: of this frame."""
         values = self._pose
+        localizer = navigator.pose
         values[0] = frame
         # the age of the pose grows while the message waits, so it must not be at its limit already
         values[1] = min(m.COUNT_MAX, localizer.age_us + age_us)
@@ -57,6 +58,6 @@ class Reports:
         values[6] = localizer.heading_cdeg
         values[7] = localizer.sigma_mm10
         values[8] = localizer.sigma_cdeg
-        values[9] = m.ROUTE_NONE
-        values[10] = m.DIRECTION_NONE
+        values[9] = navigator.route_position
+        values[10] = navigator.next_cdeg
         self._outbox.add(m.POSE, values)

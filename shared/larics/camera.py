@@ -286,14 +286,17 @@ class Camera:
             heading_cdeg += self._heading_correction(image_cdeg, x, y)
         out.heading_cdeg = heading_cdeg % 36000
 
-        marker_id = detection.marker_id
-        if self.mirrored and marker_id > 0:  # the coding lines are then met in the opposite order
-            marker_id = (marker_id & 1) << 2 | marker_id & 2 | marker_id >> 2
-        out.marker_id = marker_id
+        out.marker_id = self.read_id(detection.marker_id)
         out.radius_q8 = detection.radius_q8
         out.margin = detection.margin
         out.flags = detection.flags
         return True
+
+    def read_id(self, marker_id):
+        """The ID on the ceiling: a mirrored sensor meets the coding lines in the opposite order."""
+        if self.mirrored and marker_id > 0:
+            return (marker_id & 1) << 2 | marker_id & 2 | marker_id >> 2
+        return marker_id
 
     def _height_by_ring(self, radius_q8, outer_mm10, depth_q18):
         """Height above the lens at which a ring of outer_mm10 has this radius; 0 when out of range.

@@ -57,7 +57,9 @@ def atan2_turn16(y, x):
     ax, ay = abs(x), abs(y)
     if ax == 0 and ay == 0:
         return 0
-    small, large = (ay, ax) if ay <= ax else (ax, ay)
+    small, large = ay, ax  # a conditional pair would allocate a tuple
+    if ay > ax:
+        small, large = ax, ay
     while large >= 16384:  # keep the quotient below within 30 bits
         small >>= 1
         large >>= 1

@@ -49,8 +49,8 @@ _COAST_ACCELERATION_MM10_S2 = const(3000)  # typical, not possible: for sigma wh
 _COAST_TURN_CDEG_S2 = const(6000)
 _FLOOR_MM10 = const(3)
 _FLOOR_CDEG = const(2)
-_START_MM10 = const(50)  # sigma before there are residuals
-_START_CDEG = const(30)
+_START_MM10 = const(20)  # sigma before there are residuals
+_START_CDEG = const(15)
 _MEMORY = const(16)  # frames over which residuals are averaged
 _MAX_SPEED_MM10_S = const(100000)
 _MAX_TURN_CDEG_S = const(72000)
@@ -94,7 +94,8 @@ class Residuals:
         self.reset()
 
     def reset(self):
-        self.square = self.start * self.start * _MEMORY
+        self.square = self.start * self.start
+        self.weight = 1
 
     def add(self, before, last, now, before_h, last_h):
         """Three values as differences to any near origin; the times between them, 100 us."""
@@ -105,10 +106,14 @@ class Residuals:
         residual = max(-4000, min(4000, residual))
         spread_q8 = 512 + 2 * q8 + (q8 * q8 >> 7)  # 1 + (1 + q)**2 + q**2
         square = (residual * residual << 6) // (spread_q8 >> 2)
-        self.square += square - self.square // _MEMORY
+        if self.weight < _MEMORY:
+            self.weight += 1
+        else:
+            self.square -= self.square // _MEMORY
+        self.square += square
 
     def sigma(self, floor):
-        return max(floor, isqrt(self.square // _MEMORY))
+        return max(floor, isqrt(self.square // self.weight))
 
 
 class Localizer:
@@ -148,16 +153,18 @@ class Localizer:
         self._there = array("i", [0] * 3)  # the new place that several frames must agree on
         self._there_us = 0
         self._agreed = 0
+        self._refused_ids = 0  # of this frame, bit by bit
 
-    def entry_for(self, marker_id):
-        """The entry whose height and size a marker with this ID has (alike for all places), or -1."""
-        return self.map.find(marker_id)
+    def refused(self, marker_id):
+        """Whether a marker with this ID was refused in the last frame."""
+        return self._refused_ids >> (marker_id & 15) & 1 > 0
 
     def update(self, measurements, count, time_us):
         """Takes the first `count` Measurements of a frame captured at time_us (any clock modulo 2**30).
 
         Returns the state. Call it for every frame, also for those without a marker."""
         self.fault = 0
+        self._refused_ids = 0
         passed_us = (time_us - self._fix_us) & COUNT_MAX
         if self.age_us == COUNT_MAX or passed_us > COUNT_MAX >> 1:
             passed_us = COUNT_MAX
@@ -204,17 +211,18 @@ class Localizer:
         entry = self.map.find(measurement.marker_id)
         if entry < 0:
             if tell:
-                self._refuse(FAULT_MARKER_UNKNOWN)
+                self._refuse(FAULT_MARKER_UNKNOWN, measurement.marker_id)
             return -1
         difference = abs(measurement.ring_height_mm10 - measurement.height_mm10)
         if difference << 8 > self.tolerance_q8 * measurement.height_mm10:
             if tell:
-                self._refuse(FAULT_MARKER_HEIGHT)
+                self._refuse(FAULT_MARKER_HEIGHT, measurement.marker_id)
             return -1
         return entry
 
-    def _refuse(self, fault):
+    def _refuse(self, fault, marker_id):
         self.fault = fault
+        self._refused_ids |= 1 << (marker_id & 15)
         self.rejects = (self.rejects + 1) & COUNT_MAX
 
     def _place(self, measurement, entry, at):
@@ -259,7 +267,7 @@ class Localizer:
                     break
                 entry = self.map.find(measurement.marker_id, entry + 1)
             else:
-                self._refuse(FAULT_MARKER_PLACE)
+                self._refuse(FAULT_MARKER_PLACE, measurement.marker_id)
         return used
 
     def _relocate(self, measurements, count, time_us):
@@ -295,6 +303,7 @@ class Localizer:
         self._there_us = time_us
         if self._agreed < (_AGREE_LOST if lost else _AGREE_MOVED):
             return 0
+        self._refused_ids = 0
         if not lost:
             self.moves = (self.moves + 1) & COUNT_MAX
         self._known = 0

@@ -38,7 +38,7 @@ def test_poses_and_status_allocate_nothing():
     app = make_app(frames(), settings={"focal_q8": 200 * 256, "map": [[5, 1000, 2000, 9000, 0, 0]]})
     app.loop._status_ms = app.loop._clock.ticks_ms()
     assert run_locked(app, 100) == 100
-    assert app.faults.total == app.localizer.rejects
+    assert app.faults.total == app.navigator.pose.rejects
 
 
 def test_a_slow_or_dead_line_allocates_nothing():
