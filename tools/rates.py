@@ -9,7 +9,7 @@
 Columns: pose reported, ID reported and right, wrong IDs, uncertain IDs, false positives, centre and
 heading error (median / 95th percentile). `--show N` lists the first N frames (preset, seed, index) that
 were missed or wrong, with the verdicts on their candidates; `--save DIR` writes them as PNG. `--set` takes
-any override of `larics_host.render.render_frame`. Seeds below 1000 are for tuning, from 5000 on for the bench.
+any override of `larics_host.render.render_frame`. Seeds below 1000 are for tuning, the bench begins at 5000.
 """
 
 import argparse
