@@ -81,3 +81,16 @@ def test_a_module_without_tests_or_that_does_not_import_fails(tmp_path, source, 
 
 def test_no_module_at_all_fails():
     assert run_dual().returncode == 1
+
+
+def test_the_interpreter_may_be_a_runner_with_arguments(monkeypatch):
+    plain = shlex.join(interpreter())
+    monkeypatch.setenv("MICROPYTHON", "env LARICS_RUNNER=1 " + plain)
+    assert interpreter()[1:] == ["LARICS_RUNNER=1", *shlex.split(plain)]
+    assert run_dual("test_marker").returncode == 0
+
+
+def test_a_missing_interpreter_fails_instead_of_passing(monkeypatch):
+    monkeypatch.setenv("MICROPYTHON", "no-such-interpreter")
+    with pytest.raises(pytest.fail.Exception, match="no MicroPython at no-such-interpreter"):
+        interpreter()
