@@ -22,7 +22,9 @@ What the paper leaves open or contradicts, and what was assumed here:
   pixels, but no gradient below 24.
 - The adaptive threshold in the window is the mean of a square half as wide as the outer ring's radius, less
   a seventh of it; the paper names the principle only.
-- Where neighbouring angles share the maximum of H, the middle one is taken.
+- Where neighbouring angles share the maximum of H, the middle one is taken. H of a coding line comes close
+  to that of the orientation line (55 and 70 mm, and the gap to the inner ring blurs), so that now and then
+  the maximum is a coding line, more often with small rings: the method's own wrong IDs.
 - A maximum with fewer votes than three per pixel of radius is no marker; the paper has no such test. Apart
   from that the method always answers: clutter is read as a marker, and only one marker in a frame is found.
 - An ID that the family does not use (000, unless allowed) is reported as uncertain.
