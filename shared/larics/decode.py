@@ -18,21 +18,16 @@ from larics.kernels import lines as kernels
 POSITIONS = const(8)  # every 45 degrees from the orientation line; 2, 4 and 6 carry the bits
 
 # result items of the kernel line_crossings
-_INSIDE = const(0)
 _OUTSIDE = const(1)
-_AREA_NEAR = const(2)
-_AREA_FAR = const(3)
-_NEAR = const(4)
-_COUNTED = const(5)
-_ROTATION = const(6)
-_SLOPE = const(7)
-_DEVIATION = const(8)
-_DEPTH = const(9)
-_LEVEL = const(10)
+_AREA = const(2)
+_COUNTED = const(3)
+_ROTATION = const(4)
+_SLOPE = const(5)
+_DEVIATION = const(6)
 
 _HYPOTHESES = const(3)
-_HALF_TURN_Q14 = const(11585)  # cos 45 degrees
-_OPENING_CODE = const(104)  # half the angle between two positions, as a slope / 256
+_CODE_OPENING = const(104)  # half the angle between two positions, as a slope / 256
+_CODE_RADII = const(6)
 _WINDOW_CAP_Q8 = const(3584)
 
 
@@ -68,17 +63,18 @@ class LineReader:
         self._depths = array("H", bytes(512))
         self._picks = array("i", bytes(8 * _HYPOTHESES))
         self._result = array("i", bytes(48))
+        self._code = array("i", bytes(16 * POSITIONS))
         self.near_q8 = array("i", bytes(4 * POSITIONS))
         self.far_q8 = array("i", bytes(4 * POSITIONS))
         self.depth = array("i", bytes(4 * POSITIONS))
         self.level = array("i", bytes(4 * POSITIONS))
-        self.code_inside = True
+        self.code_inside = 1
         self.angle_turn16 = self.rivals = self.line_q8 = self.slope_q10 = self.deviation_q10 = 0
         self.gap_q8 = self.second_q8 = self.line_depth = 0
 
     def memory(self):
         """Bytes of the buffers."""
-        return 1024 + 8 * _HYPOTHESES + 48 + 16 * POSITIONS
+        return 1024 + 8 * _HYPOTHESES + 48 + 32 * POSITIONS
 
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
@@ -137,13 +133,14 @@ class LineReader:
             window_q8 = _WINDOW_CAP_Q8
         area = rings.area
         line_q8 = radius_q8 * self._line_q10 >> 10
+        first_q8 = radius_q8 * self._line_first_q10 >> 10
+        last_q8 = radius_q8 * self._line_last_q10 >> 10
         result = self._result
         for _ in range(2):
             inside = kernels.line_crossings(
                 0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, cos_q14(angle_turn16),
-                sin_q14(angle_turn16), radius_q8 * self._line_first_q10 >> 10,
-                radius_q8 * self._line_last_q10 >> 10, window_q8, 256, (area << 5) // line_q8, 0, area >> 1,
-                result,
+                sin_q14(angle_turn16), first_q8, last_q8, window_q8, line_q8 >> 1, (area << 5) // line_q8,
+                area >> 1, result,
             )  # fmt: skip
             angle_turn16 += result[_ROTATION]
         self.angle_turn16 = angle_turn16 & 65535
@@ -153,38 +150,29 @@ class LineReader:
             self.line_q8 = 0
             self.gap_q8 = 256
         else:
-            self.line_q8 = ((result[_AREA_NEAR] + result[_AREA_FAR]) << 8) // (inside * area + 1)
+            self.line_q8 = (result[_AREA] << 8) // (inside * area + 1)
             self.gap_q8 = ((inside - result[_COUNTED]) << 8) // inside
 
     def read_code(self, frame, rings):
         """Measures the eight positions inside the inner ring."""
         radius_q8 = rings.radius_q8
+        line_q8 = radius_q8 * self._line_q10 >> 10
         area = rings.area
-        clip = (area << 5) // (radius_q8 * self._line_q10 >> 10)
-        x_q8 = (rings.true_x_q10 + 2) >> 2
-        y_q8 = (rings.true_y_q10 + 2) >> 2
         first_q8 = radius_q8 * self._code_first_q10 >> 10
-        last_q8 = radius_q8 * self._code_last_q10 >> 10
-        window_q8 = radius_q8 * self._gap_q10 >> 10
-        cosine = cos_q14(self.angle_turn16)
-        sine = sin_q14(self.angle_turn16)
-        result = self._result
-        self.code_inside = True
+        pitch_q8 = ((radius_q8 * self._code_last_q10 >> 10) - first_q8) // (_CODE_RADII - 1)
+        self.code_inside = kernels.code_positions(
+            0, 0, 0, frame, LOG_GREY, self.width, self.height, (rings.true_x_q10 + 2) >> 2,
+            (rings.true_y_q10 + 2) >> 2, cos_q14(self.angle_turn16), sin_q14(self.angle_turn16), first_q8,
+            pitch_q8, _CODE_RADII, line_q8 // 2 + (radius_q8 * self._gap_q10 >> 11), _CODE_OPENING,
+            (area << 5) // line_q8, self._code,
+        )  # fmt: skip
+        if not self.code_inside:
+            return
+        code = self._code
+        half_area = area * (_CODE_RADII // 2) + 1
         for position in range(POSITIONS):
-            inside = kernels.line_crossings(
-                0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, cosine, sine, first_q8,
-                last_q8, window_q8, _OPENING_CODE, clip, 1, area >> 1, result,
-            )  # fmt: skip
-            near = result[_NEAR]
-            far = inside - near
-            if result[_OUTSIDE] or near < 1 or far < 1:
-                self.code_inside = False
-                return
-            self.near_q8[position] = (result[_AREA_NEAR] << 8) // (near * area + 1)
-            self.far_q8[position] = (result[_AREA_FAR] << 8) // (far * area + 1)
-            self.depth[position] = result[_DEPTH]
-            self.level[position] = result[_LEVEL]
-            # the next position counterclockwise as seen
-            turned = (cosine + sine) * _HALF_TURN_Q14 >> 14
-            sine = (sine - cosine) * _HALF_TURN_Q14 >> 14
-            cosine = turned
+            slot = 4 * position
+            self.near_q8[position] = (code[slot] << 8) // half_area
+            self.far_q8[position] = (code[slot + 1] << 8) // half_area
+            self.depth[position] = (code[slot + 2] - 32768) // _CODE_RADII
+            self.level[position] = code[slot + 3]

@@ -21,6 +21,7 @@ SKIP_INNER = const(2)
 
 _SUPPORT_OUTER = const(5)  # edges that must agree on the coarse outer and inner radius
 _SUPPORT_INNER = const(3)
+_COARSE_ROUNDS = const(3)
 _FIRST_CLIP = const(8)  # log units; later passes clip an eighth of the depth
 _LEAST_DEPTH = const(12)  # log units: about 4 of 100 grey levels
 _RADIUS_FLOOR_Q8 = const(1536)
@@ -82,11 +83,11 @@ class RingFit:
             return False
         distances = kernels.edge_distances(
             edges, 0, 0, 0, count, self.width, x_q4, y_q4, reach_q4, half_line_q8 >> 4,
-            (radius_max_q8 >> 4) // 5 + 8, AXES, self.bins, self.distances,
+            (radius_max_q8 >> 4) // 5 + 8, AXES, self.distances,
         )  # fmt: skip
         kernels.choose_radius(
             self.bins, 0, 0, radius_min_q8 >> 7, radius_max_q8 >> 7, (reach_q4 >> 3) + 3, self.inner_q10,
-            self.distances, distances, AXES, result,
+            self.distances, distances, AXES, _COARSE_ROUNDS, result,
         )  # fmt: skip
         if result[3] < _SUPPORT_OUTER or result[4] < _SUPPORT_INNER:
             return False

@@ -121,38 +121,37 @@ def dark_directions(
 @micropython.viper
 def line_crossings(
     position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
-    cosine: int, sine: int, first: int, last: int, window: int, opening: int, clip: int, flat: int,
-    least_area: int, result: ptr32,
+    cosine: int, sine: int, first: int, last: int, window: int, half_line: int, clip: int, least_area: int,
+    result: ptr32,
 ) -> int:  # fmt: skip
     """How the pixel rows (or columns) between two radii cross a dark radial line from (cx, cy).
 
-    cx, cy (inside the frame), first <= last (radii, 256..32768) in 1/256 px; cosine, sine: the direction *
-    2**14; window: half width, 1/256 px, 256..3584, and at most opening/256 of the radius; the baseline is
-    the straight line between the window's ends, or with flat = 1 their darker one; clip and least_area as
-    in `ring_crossings`. result: crossings inside the frame, outside, area of the nearer half, of the
-    farther half, crossings in the nearer half, crossings with least_area, rotation (1/65536 turn, to be
-    added to the clockwise angle), slope of the centroids against the radius (1/1024), their mean distance
-    from the line (1/1024 px), mean depth of the middle pixel (may be negative), mean baseline. Returns the
-    number of crossings inside the frame."""
+    cx, cy (inside the frame), first, last (radii, 256..32768) in 1/256 px; cosine, sine: the direction
+    * 2**14; window: half width, 1/256 px, 256..3584 and below `first`; half_line: of the line's width. Where
+    rows cross obliquely, the radii are narrowed so that a window touches neither the line's end nor what
+    lies within `first`. clip and least_area as in `ring_crossings`.
+    result: crossings inside the frame, outside, their area, crossings with least_area, rotation (1/65536
+    turn, to be added to the clockwise angle), slope of the centroids against the radius (1/1024), their mean
+    distance from the line (1/1024 px). Returns the number of crossings inside the frame."""
     major = cosine
-    minor = sine
-    rows = 0
+    oblique = sine
     if major < 0:
         major = 0 - major
-    if minor < 0:
-        minor = 0 - minor
-    if major >= minor:
-        along = width
-        line_pitch = 1
-        centre = cx
-        centre_along = cy
-        lines = width
-        pixels = height
-        minor = sine
-        sign = cosine
-    else:
-        rows = 1
-        major = minor
+    if oblique < 0:
+        oblique = 0 - oblique
+    along = width
+    line_pitch = 1
+    centre = cx
+    centre_along = cy
+    lines = width
+    pixels = height
+    minor = sine
+    sign = cosine
+    forward = sign
+    if major < oblique:
+        value = major
+        major = oblique
+        oblique = value
         along = 1
         line_pitch = width
         centre = cy
@@ -160,45 +159,34 @@ def line_crossings(
         lines = height
         pixels = width
         minor = cosine
-        sign = sine
-    forward = 1
-    if sign < 0:
-        forward = 0 - 1
-    if rows:
-        sign = 0 - sign
+        forward = sine
+        sign = 0 - sine
     ratio = (minor << 14) // major
-    # whole lines whose crossing lies between the two radii
-    value = (first * major) >> 14
-    end = (last * major) >> 14
-    if forward > 0:
-        line = (centre + value + 255) >> 8
-    else:
+    half = ((window << 14) // major + 128) >> 8
+    value = first + window * oblique // major
+    end = last - half_line * oblique // major
+    value = (value * major) >> 14
+    end = (end * major) >> 14
+    if forward < 0:
+        forward = 0 - 1
         line = (centre - value) >> 8
-    middle = (first + last) >> 1
+    else:
+        forward = 1
+        line = (centre + value + 255) >> 8
     inside = 0
     outside = 0
     counted = 0
-    area_near = 0
-    area_far = 0
-    near_half = 0
+    area_sum = 0
     sum_d = 0
     sum_r = 0
     sum_dr = 0
     sum_rr = 0
     sum_abs = 0
-    sum_depth = 0
-    sum_level = 0
     offset = ((line << 8) - centre) * forward
     while offset <= end:
         radius = (offset << 14) // major
         crossing = centre_along + ((offset * ratio) >> 14)
         pixel = (crossing + 128) >> 8
-        half = (radius * opening) >> 8
-        if half > window:
-            half = window
-        half = ((half << 14) // major + 128) >> 8
-        if half < 1:
-            half = 1
         if line < 0 or line >= lines or pixel - half < 0 or pixel + half >= pixels:
             outside += 1
         else:
@@ -206,18 +194,8 @@ def line_crossings(
             value = position + (half + half) * along
             near = int(log[int(image[position])]) + int(log[int(image[position + along])])
             far = int(log[int(image[value])]) + int(log[int(image[value - along])])
-            slope = 0
-            sum_level += near + far
-            if flat:
-                if far < near:
-                    near = far
-                base = near << 7
-            else:
-                slope = ((far - near) << 7) // (half + half - 1)
-                base = (near << 7) - (slope >> 1)
-            value = position + half * along
-            sum_depth += ((base + slope * half) >> 8) - int(log[int(image[value])])
-            base = base - (clip << 8)
+            slope = ((far - near) << 7) // (half + half - 1)
+            base = (near << 7) - (slope >> 1) - (clip << 8)
             area = 0
             moment = 0
             i = half + half
@@ -231,11 +209,7 @@ def line_crossings(
                 i -= 1
             value = (area * major) >> 14
             inside += 1
-            if radius < middle:
-                near_half += 1
-                area_near += value
-            else:
-                area_far += value
+            area_sum += value
             if value > least_area:
                 counted += 1
                 value = (((half + 1) * area - moment) << 10) // area + (((pixel << 8) - crossing) << 2)
@@ -252,20 +226,104 @@ def line_crossings(
         offset += 256
     result[0] = inside
     result[1] = outside
-    result[2] = area_near
-    result[3] = area_far
-    result[4] = near_half
-    result[5] = counted
-    if inside < 1:
-        inside = 1
+    result[2] = area_sum
+    result[3] = counted
     if counted < 1:
         counted = 1
     value = sum_dr // ((sum_rr >> 8) + 1)
-    result[6] = (value * 10430) >> 15
+    result[4] = (value * 10430) >> 15
     radius = sum_r // counted
     value = ((sum_rr - radius * sum_r) >> 3) + 1
-    result[7] = (sum_dr - radius * sum_d) // value
-    result[8] = sum_abs // counted
-    result[9] = sum_depth // inside
-    result[10] = sum_level // (inside * 4)
+    result[5] = (sum_dr - radius * sum_d) // value
+    result[6] = sum_abs // counted
     return inside
+
+
+@micropython.viper
+def code_positions(
+    position: int, x: int, y: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
+    cosine: int, sine: int, first: int, pitch: int, radii: int, window: int, opening: int, clip: int,
+    result: ptr32,
+) -> int:  # fmt: skip
+    """What lies at eight positions around (cx, cy), 45 degrees apart, counterclockwise as seen.
+
+    At `radii` (even, 2..16) radii from `first` in steps of `pitch`, nine interpolated samples across the
+    position, as far as `window` to both sides but at most opening/256 of the radius; all 1/256 px, the
+    farthest sample within 32768 of the centre. The baseline is the darker of the two ends. cosine, sine: the
+    first direction * 2**14; clip: log units.
+    result, for each position: area of the nearer half of the radii, of the farther half (log units * px,
+    summed over the radii), depth of the middle sample + 32768 (summed over the radii), mean of both ends.
+    Returns 1, or 0 when a sample would lie outside the frame."""
+    slot = 0
+    while slot < 32:
+        near_area = 0
+        area = 0
+        depth = 32768
+        level = 0
+        radius = first
+        left = radii
+        while left > 0:
+            half = (radius * opening) >> 8
+            if half > window:
+                half = window
+            spacing = half >> 2
+            dx = (0 - sine * spacing) >> 14
+            dy = (cosine * spacing) >> 14
+            x = cx + ((radius * cosine) >> 14) - (dx << 2)
+            y = cy + ((radius * sine) >> 14) - (dy << 2)
+            base = x + (dx << 3)
+            end = y + (dy << 3)
+            if x < 0 or y < 0 or base < 0 or end < 0:
+                return 0
+            if (x >> 8) + 1 >= width or (base >> 8) + 1 >= width:
+                return 0
+            if (y >> 8) + 1 >= height or (end >> 8) + 1 >= height:
+                return 0
+            # the samples of the line, then the two ends, which make the baseline
+            dark = 0
+            middle = 0
+            base = 0
+            end = 0
+            sum = 0
+            i = 0
+            while i < 9:
+                position = (y >> 8) * width + (x >> 8)
+                fraction = x & 255
+                value = int(image[position])
+                upper = (value << 8) + (int(image[position + 1]) - value) * fraction
+                position += width
+                value = int(image[position])
+                value = (value << 8) + (int(image[position + 1]) - value) * fraction
+                value = int(log[(upper + (((value - upper) * (y & 255)) >> 8) + 128) >> 8])
+                if i == 0:
+                    base = value
+                elif i == 8:
+                    end = value
+                else:
+                    sum += value
+                    if i == 4:
+                        middle = value
+                x += dx
+                y += dy
+                i += 1
+            level += base + end
+            if end < base:
+                base = end
+            dark = (base - clip) * 7 - sum
+            depth += base - middle
+            if dark > 0:
+                area += dark * spacing
+            radius += pitch
+            left -= 1
+            if left + left == radii:
+                near_area = area >> 8
+                area = 0
+        result[slot] = near_area
+        result[slot + 1] = area >> 8
+        result[slot + 2] = depth
+        result[slot + 3] = level // (radii + radii)
+        slot += 4
+        value = ((cosine + sine) * 11585) >> 14
+        sine = ((sine - cosine) * 11585) >> 14
+        cosine = value
+    return 1

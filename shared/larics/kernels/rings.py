@@ -14,14 +14,13 @@ except ImportError:
 @micropython.viper
 def edge_distances(
     edges: ptr32, position: int, x: int, y: int, count: int, width: int, cx: int, cy: int, reach: int,
-    half_line: int, slack: int, axes: ptr16, histogram: ptr8, distances: ptr32,
+    half_line: int, slack: int, axes: ptr16, distances: ptr32,
 ) -> int:  # fmt: skip
     """Distances to the candidate centre of the edges that point to it within `slack`, as ring radii.
 
-    All lengths in 1/16 px: cx, cy 0..16384, reach 0..4096, half_line 0..256. `edges`: position | direction
-    << 20; `axes`: cosine and sine of the 48 directions, * 2**14 + 32768. `histogram` (half pixels, reach /
-    8 + 1 items, counts stop at 255); `distances`: distance | direction from the centre << 16, count items.
-    Returns the number of distances."""
+    All lengths in 1/16 px: cx, cy 0..16384, reach 0..4096, half_line 0..256. `edges`: position |
+    direction << 20; `axes`: cosine and sine of the 48 directions, * 2**14 + 32768; `distances` receives
+    distance | direction from the centre << 16, at most count items. Returns their number."""
     kept = 0
     i = 0
     while i < count:
@@ -48,74 +47,97 @@ def edge_distances(
                     if x > 0 and x < reach:
                         distances[kept] = x | (position << 16)
                         kept += 1
-                        x = x >> 3
-                        if int(histogram[x]) < 255:
-                            histogram[x] = int(histogram[x]) + 1
     return kept
 
 
 @micropython.viper
 def choose_radius(
-    histogram: ptr8, bin: int, inner: int, first: int, last: int, bins: int, inner_q10: int, distances: ptr32,
-    count: int, axes: ptr16, result: ptr32,
+    histogram: ptr8, bin: int, value: int, first: int, last: int, bins: int, inner_q10: int, distances: ptr32,
+    count: int, axes: ptr16, rounds: int, result: ptr32,
 ) -> int:  # fmt: skip
-    """The outer radius whose two rings have most edges, then one least-squares step of the centre.
+    """The outer radius whose two rings have most edges, with steps of the centre by least squares.
 
-    first..last: outer radii to try, half pixels, 4 <= first, last + 3 <= bins; inner_q10: ratio of the rings
-    * 1024; the histogram is cleared. result: radius, step in x, step in y (1/16 px), edges of the outer
-    ring, of the inner one. Returns the number of edges of both."""
-    best = 0 - 1
-    radius = first
-    bin = first
-    while bin <= last:
-        outer = int(histogram[bin - 2]) + int(histogram[bin - 1]) + (int(histogram[bin]) << 1)
-        outer += int(histogram[bin + 1]) + int(histogram[bin + 2])
-        inner = (bin * inner_q10 + 512) >> 10
-        value = int(histogram[inner - 2]) + int(histogram[inner - 1]) + int(histogram[inner + 1])
-        value += int(histogram[inner + 2]) + (int(histogram[inner]) << 1)
-        if value > outer:
-            value = outer + ((value - outer) >> 2)
-        value += outer
-        if value > best:
-            best = value
-            radius = bin
-        bin += 1
-    bin = 0
-    while bin < bins:
-        histogram[bin] = 0
-        bin += 1
-    radius = radius * 8 + 4
-    inner = (radius * inner_q10 + 512) >> 10
-    sum_x = 0
-    sum_y = 0
-    sum_r = 0
+    first..last: outer radii to try, half pixels, 4 <= first * inner_q10 / 1024, last + 3 <= bins; histogram:
+    `bins` items, scratch space; inner_q10: ratio of the rings * 1024; distances (below 8 * bins) and axes
+    as in `edge_distances`; rounds: 1..4. result: radius, shift in x, in y (1/16 px), edges on the outer
+    ring, on the inner one. Returns the number of edges on both."""
+    shift_x = 0
+    shift_y = 0
+    radius = 0
+    mean = 0
     on_outer = 0
     on_inner = 0
-    i = 0
-    while i < count:
-        bin = int(distances[i])
-        i += 1
-        value = bin >> 16
-        bin = (bin & 65535) - radius
-        take = 0
-        if bin > 40 or bin < 0 - 40:
-            bin = bin + radius - inner
-            if bin < 32 and bin > 0 - 32:
-                on_inner += 1
-                take = 1
-        else:
-            on_outer += 1
-            take = 1
-        if take:
-            sum_x += bin * (int(axes[value << 1]) - 32768)
-            sum_y += bin * (int(axes[(value << 1) + 1]) - 32768)
-            sum_r += bin
-    value = on_outer + on_inner
-    if value < 1:
-        value = 1
-    result[0] = radius + sum_r // value
-    result[1] = (sum_x // value) >> 13
-    result[2] = (sum_y // value) >> 13
+    while rounds > 0:
+        rounds -= 1
+        bin = 0
+        while bin < bins:
+            histogram[bin] = 0
+            bin += 1
+        i = 0
+        while i < count:
+            value = int(distances[i])
+            i += 1
+            bin = value >> 16
+            value = value & 65535
+            bin = bin << 1
+            bin = shift_x * (int(axes[bin]) - 32768) + shift_y * (int(axes[bin + 1]) - 32768)
+            bin = (value - (bin >> 14)) >> 3
+            if bin >= 0 and bin < bins:
+                if int(histogram[bin]) < 255:
+                    histogram[bin] = int(histogram[bin]) + 1
+        best = 0 - 1
+        bin = first
+        while bin <= last:
+            outer = int(histogram[bin - 2]) + int(histogram[bin - 1]) + (int(histogram[bin]) << 1)
+            outer += int(histogram[bin + 1]) + int(histogram[bin + 2])
+            i = (bin * inner_q10 + 512) >> 10
+            value = int(histogram[i - 2]) + int(histogram[i - 1]) + (int(histogram[i]) << 1)
+            value += int(histogram[i + 1]) + int(histogram[i + 2])
+            if value > outer:
+                value = outer + ((value - outer) >> 2)
+            value += outer
+            if value > best:
+                best = value
+                radius = bin
+            bin += 1
+        radius = radius * 8 + 4
+        inner = (radius * inner_q10 + 512) >> 10
+        sum_x = 0
+        sum_y = 0
+        mean = 0
+        on_outer = 0
+        on_inner = 0
+        i = 0
+        while i < count:
+            value = int(distances[i])
+            i += 1
+            bin = (value >> 16) << 1
+            value = value & 65535
+            cosine = int(axes[bin]) - 32768
+            sine = int(axes[bin + 1]) - 32768
+            value = value - ((shift_x * cosine + shift_y * sine) >> 14) - radius
+            bin = 0
+            if value > 40 or value < 0 - 40:
+                value = value + radius - inner
+                if value < 32 and value > 0 - 32:
+                    on_inner += 1
+                    bin = 1
+            else:
+                on_outer += 1
+                bin = 1
+            if bin:
+                sum_x += value * cosine
+                sum_y += value * sine
+                mean += value
+        value = on_outer + on_inner
+        if value < 1:
+            value = 1
+        mean = mean // value
+        shift_x += (sum_x // value) >> 13
+        shift_y += (sum_y // value) >> 13
+    result[0] = radius + mean
+    result[1] = shift_x
+    result[2] = shift_y
     result[3] = on_outer
     result[4] = on_inner
     return on_outer + on_inner
