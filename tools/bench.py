@@ -17,7 +17,7 @@ import sys
 import time
 from pathlib import Path
 
-from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, scoring, timing
+from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, scoring, targets, timing
 from rich.progress import Progress
 
 PARTS = ("quality", "sweeps", "risk", "time", "micropython")
@@ -136,15 +136,21 @@ class Bench:
         """Cost on the pinned unix interpreter, and on the one given when that is another."""
         own = interpreter.command(str(Path(sys.executable).with_name("micropython")))
         given = interpreter.command(os.environ.get("MICROPYTHON", "")) or own
-        count = min(60, max(12, self.options.frames // 4))
-        paths = interpreter.write_frames(
-            self.options.output / "frames", plan.presets(), self.options.seed + 4, count, plan.RADIUS_PX
-        )
+        count = min(60, max(10, self.options.frames // 4))
+        drawn = {
+            presets: interpreter.write_frames(
+                self.options.output / "frames", presets, self.options.seed + 4, count, plan.RADIUS_PX
+            )
+            for presets in {job.presets for job in plan.COSTS.values()}
+        }
         self.results["micropython"] = {}
         for kind, command in (("unix", own), ("given", given)):
             if kind == "given" and given == own:
                 continue
-            costs = {job: interpreter.measure(command, paths, *what) for job, what in plan.SEARCHES.items()}
+            costs = {
+                name: interpreter.measure(command, drawn[job.presets], job.method, job.radius_range)
+                for name, job in plan.COSTS.items()
+            }
             self.results["micropython"][kind] = costs
             unit = "million instructions" if next(iter(costs.values()))["unit"] == "Minsn" else "milliseconds"
             self.section("A frame on MicroPython (%s), %s" % (kind, unit), report.cost(costs))
@@ -165,6 +171,9 @@ def main():
     for part in PARTS:
         if part in parts:
             getattr(bench, part)()
+    reached = targets.targets(bench.results)
+    if reached:
+        bench.section("Targets", report.targets(reached))
     elapsed = time.monotonic() - started
     print("bench: %.0f s; tables, plots and results.json in %s" % (elapsed, options.output))
 

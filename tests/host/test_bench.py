@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tools.benchmark import evaluate, frames, interpreter, methods, report, scoring
+from tools.benchmark import evaluate, frames, interpreter, methods, report, scoring, targets
 from tools.benchmark.scoring import Found, Tally, Truth
 
 TRUTH = Truth(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
@@ -128,3 +128,21 @@ def test_comparison_lists_what_changed():
     before = {"a": {"rate": 99.0, "n": 5}, "list": [1, 2], "gone": 1}
     after = {"a": {"rate": 98.5, "n": 5}, "list": [1, 3]}
     assert report.comparison(before, after) == ["a / rate: 99 -> 98.5", "list[1]: 2 -> 3"]
+
+
+def test_targets_are_held_against_the_results():
+    row = tally_of([found()], [found()], [found()], []).row()
+    results = {
+        "quality": {"sunny": {"larics": row}, "negative": {"larics": tally_of([], truths=[]).row()}},
+        "sweeps": {"blur": {"values": [8, 12], "methods": {"larics": [tally_of([found()]).row(), row]}}},
+        "host_time": {"larics": (0.5, 1.0), "aruco": (1.0, 2.0)},
+        "micropython": {"given": {"search": {"unit": "Minsn", "mean": 1.5, "max": 4.0}}},
+    }
+    verdicts = {target.label: target.verdict() for target in targets.targets(results)}
+    assert verdicts["sunny: detected, %"] == "MISSED"
+    assert verdicts["sunny: centre median px"] == "aim reached"
+    assert verdicts["negative: false positives"] == "aim reached"
+    assert verdicts["blur 8: found (0: a wrong ID), %"] == "aim reached"
+    assert verdicts["blur 12: found (0: a wrong ID), %"] == "aim missed"
+    assert verdicts["times faster than aruco"] == "aim reached"
+    assert verdicts["search: mean, Minsn"] == "reached" and verdicts["search: max, Minsn"] == "MISSED"

@@ -22,17 +22,15 @@ _LOOP_INSTRUCTIONS = (9, 13)  # a turn of viper's `while i < n: i += 1` on Thumb
 
 
 def write_frames(folder, presets, seed, count, radius_px):
-    """Draws `count` frames, the presets in turns, as raw files; returns (paths, truths)."""
+    """Draws `count` frames, the presets in turns, as raw files; returns their paths."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    paths, truths = [], []
+    paths = []
     for index in range(count):
-        frame, truth = frames.render(presets[index % len(presets)], seed, index, "larics", radius_px, {})
-        path = folder / ("frame-%03d.raw" % index)
-        path.write_bytes(frame.tobytes())
-        paths.append(path)
-        truths.append(truth)
-    return paths, truths
+        frame, _ = frames.render(presets[index % len(presets)], seed, index, "larics", radius_px, {})
+        paths.append(folder / ("%s-%03d.raw" % (presets[index % len(presets)], index)))
+        paths[-1].write_bytes(frame.tobytes())
+    return paths
 
 
 def parse(text):

@@ -10,11 +10,23 @@ FRESH_SEED = 5000  # seeds from here on belong to the bench; tuning stays below 
 QUALITY_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "hough")
 TIMED_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "apriltag2", "hough")
 SWEPT_METHODS = ("larics", "larics_sharp", "paper", "aruco_subpix", "apriltag")
-# what the cost of a frame is measured for on MicroPython: method, range of radius
-SEARCHES = {
-    "search, radius known": ("larics", (25, 35)),
-    "search, radius 10 to 66 px": ("larics", (10, 66)),
-    "published decoder, radius known": ("paper", (25, 35)),
+
+
+class Job(NamedTuple):
+    """What the cost of a frame is measured for on MicroPython."""
+
+    method: str
+    radius_range: tuple
+    presets: tuple
+
+
+ONE_MARKER = ("sunny", "cloudy", "double", "fast", "harsh")
+COSTS = {
+    "search": Job("larics", (25, 35), ONE_MARKER),
+    "search, two to four markers": Job("larics", (25, 35), ("multi",)),
+    "search, clutter without a marker": Job("larics", (25, 35), ("negative",)),
+    "search, radius 10 to 66 px": Job("larics", (10, 66), ONE_MARKER),
+    "published decoder": Job("paper", (25, 35), ONE_MARKER),
 }
 
 

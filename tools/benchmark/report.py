@@ -90,13 +90,21 @@ def cost(by_job):
         lines.append(
             counts + "%9.3f%9.3f%9.3f%10s" % (row["mean"], row["median"], row["max"], row["memory"] or "-")
         )
-    for job, row in by_job.items():
-        if not row["kernels"]:
-            continue
+    job, row = next(iter(by_job.items()))
+    if row["unit"] == "Minsn":  # a clock is too coarse for single kernels
         lines += ["", "%s: mean a frame by kernel (%s, calls)" % (job, row["unit"])]
         lines += ["  %-34s%8.3f%8.1f" % (name, *cost) for name, cost in row["kernels"].items()]
         rest = row["mean"] - sum(cost for cost, _ in row["kernels"].values())
         lines.append("  %-34s%8.3f" % ("everything else", rest))
+    return "\n".join(lines)
+
+
+def targets(rows):
+    """targets.targets() as a table."""
+    lines = ["".ljust(52) + "measured".rjust(10) + "must".rjust(9) + "aim".rjust(9)]
+    for row in rows:
+        must = _number(row.must, "%g")
+        lines.append("%-52s%10.4g%9s%9g  %s" % (row.label, row.value, must, row.aim, row.verdict()))
     return "\n".join(lines)
 
 
