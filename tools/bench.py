@@ -17,8 +17,10 @@ import sys
 import time
 from pathlib import Path
 
-from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, scoring, targets, timing
+from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, targets, timing
 from rich.progress import Progress
+
+from larics_host import scoring
 
 PARTS = ("quality", "sweeps", "risk", "time", "micropython")
 

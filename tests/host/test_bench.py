@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from tools.benchmark import evaluate, frames, interpreter, methods, report, scoring, targets
-from tools.benchmark.scoring import Found, Tally, Truth
+from larics_host import scoring
+from larics_host.scoring import Found, Tally, Truth
+from tools.benchmark import evaluate, frames, interpreter, methods, report, targets
 
 TRUTH = Truth(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
 

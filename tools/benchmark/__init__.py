@@ -1,1 +1,1 @@
-"""What `tools/bench.py` and `tools/rates.py` are made of: frames, methods, scoring, plots."""
+"""What `tools/bench.py` and `tools/rates.py` are made of: frames, methods, plots."""

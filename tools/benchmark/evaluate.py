@@ -4,8 +4,9 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from typing import NamedTuple
 
+from larics_host.scoring import Tally
+
 from . import frames, methods
-from .scoring import Tally
 
 BLOCK = 25  # frames handed to a process at a time
 

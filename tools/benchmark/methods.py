@@ -12,8 +12,7 @@ import pupil_apriltags
 
 from larics import detection
 from larics.verdict import VERDICT_NAMES
-
-from .scoring import Found
+from larics_host.scoring import Found
 
 RADIUS_TOLERANCE = 0.15  # a known radius is known within this share
 SMALLEST_PX = 6  # the detectors take no smaller ring
