@@ -1,0 +1,67 @@
+"""Calls of the kernels in larics.kernels.edges."""
+
+from inputs import frames, ints, pixels, view, words, zeros16, zeros32
+
+from larics import tables
+
+WIDTH, HEIGHT = 33, 27
+PROBE_PX = 5  # how far the probes of the tests reach
+
+
+def gradient_histogram(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for reach, step in ((1, 1), (2, 3), (3, 6)):
+            histogram = words(128, random, 0, 100)
+            yield (
+                frame, 0, 0, WIDTH, reach, reach, WIDTH - reach, reach, HEIGHT - reach, step, histogram
+            )  # fmt: skip
+    frame = view(pixels("salt", 1024, 5, random))
+    yield frame, 0, 0, 1024, 1, 1, 1023, 2, 4, 1, zeros16(128)
+
+
+def edge_threshold(random):
+    for floor, median_q4, share_min, share_max in ((1, 0, 0, 0), (6, 40, 60, 180), (255, 255, 1024, 1024)):
+        yield zeros16(128), 0, 0, 0, floor, median_q4, share_min, share_max
+        for place in (0, 5, 127):
+            histogram = zeros16(128)
+            histogram[place] = 65535
+            yield histogram, 0, 0, 65535, floor, median_q4, share_min, share_max
+        for high in (1, 20, 500):
+            histogram = words(128, random, 0, high)
+            yield histogram, 0, 0, sum(histogram), floor, median_q4, share_min, share_max
+
+
+def steep_positions(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for reach, step, threshold, capacity in ((1, 1, 0, 2000), (2, 2, 36, 40), (3, 3, 90000, 5)):
+            yield (
+                frame, 0, 0, WIDTH, reach, reach, WIDTH - reach, reach, HEIGHT - reach, step, threshold,
+                ints(capacity + 1, random), capacity,
+            )  # fmt: skip
+    frame = view(pixels("noise", 1024, 3, random))
+    yield frame, 0, 0, 1024, 1, 1, 1023, 1, 2, 1, 100, zeros32(1025), 1024
+
+
+def thin_line_edges(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for reach, threshold in ((1, 1), (2, 12), (3, 400)):
+            count = 60
+            edges = zeros32(count)
+            for i in range(count):
+                y = random.between(PROBE_PX, HEIGHT - 1 - PROBE_PX)
+                edges[i] = y * WIDTH + random.between(PROBE_PX, WIDTH - 1 - PROBE_PX)
+            probes = zeros16(48 * 3)
+            for i in range(48 * 3):
+                dy = random.between(-PROBE_PX, PROBE_PX)
+                probes[i] = 32768 + dy * WIDTH + random.between(-PROBE_PX, PROBE_PX)
+            yield (
+                frame, 0, 0, 0, edges, count, WIDTH * reach, reach, threshold, tables.DIRECTION_48, probes
+            )  # fmt: skip
+
+
+CASES = {
+    "gradient_histogram": gradient_histogram,
+    "edge_threshold": edge_threshold,
+    "steep_positions": steep_positions,
+    "thin_line_edges": thin_line_edges,
+}

@@ -1,0 +1,110 @@
+"""Calls of the kernels in larics.kernels.rings."""
+
+from inputs import frames, ints, pixels, random_bytes, view, zeros32
+
+from larics import fixed
+
+DIRECTIONS = 48
+
+
+def edge_distances(random):
+    for width, height, cx, cy, reach, half_line, slack in (
+        (80, 60, 640, 480, 500, 16, 24),
+        (80, 60, 0, 959, 4096, 256, 400),
+        (1024, 1024, 16384, 16384, 4096, 0, 64),
+        (1024, 1024, 0, 0, 1, 1, 1),
+    ):
+        count = 250
+        edges = zeros32(count)
+        for i in range(count):
+            # half of them near the corner where the farthest centre is
+            position = width * height - 1 - random.below(width) if i & 1 else random.below(width * height)
+            edges[i] = position | random.below(DIRECTIONS) << 20
+        yield (
+            edges, 0, 0, 0, count, width, cx, cy, reach, half_line, slack, fixed.AXES, ints(count, random)
+        )  # fmt: skip
+
+
+def choose_radius(random):
+    for first, last, bins, inner_q10, count, rounds in (
+        (6, 29, 32, 683, 300, 1),
+        (20, 117, 120, 640, 40, 4),
+        (6, 6, 9, 700, 0, 2),
+    ):
+        distances = zeros32(count + 1)
+        for i in range(count):
+            distances[i] = random.below(8 * bins) | random.below(DIRECTIONS) << 16
+        yield (
+            random_bytes(bins, random), 0, 0, first, last, bins, inner_q10, distances, count, fixed.AXES,
+            rounds, ints(5, random),
+        )  # fmt: skip
+    # a frame has far fewer edges of one direction at one distance than this
+    for direction in (0, 12, 24, 36):
+        distances = zeros32(1000)
+        for i in range(1000):
+            distances[i] = (60 * 8 + 4 + 40) | direction << 16
+        yield bytearray(100), 0, 0, 30, 90, 100, 683, distances, 1000, fixed.AXES, 4, zeros32(5)
+
+
+def ring_crossings(random):
+    width, height = 72, 60
+    for frame in frames(width, height, random):
+        for cx, cy, radius, window, step, clip, bulge, limit, least in (
+            (36 * 256, 30 * 256, 25 * 256, 1600, 1, 0, 0, 4096, 0),
+            (0, 59 * 256 + 255, 20480, 5120, 3, 20, 8192, 32767, 50),
+            (40 * 256 + 77, 20 * 256 + 200, 1536, 256, 1, 5, -8192, 1024, 300),
+        ):
+            yield (
+                0, 0, 0, frame, fixed.LOG_GREY, width, height, cx, cy, radius, window, step, clip, fixed.ROOT,
+                bulge, -bulge, limit, least, ints(128, random, 0, 4000000),
+            )  # fmt: skip
+    # the largest ring with the widest window, over dark and light halves of the window
+    size = 210
+    frame = pixels("white", size, size, random)
+    for y in range(size):
+        for x in range(size):
+            radius2 = (x - 105) * (x - 105) + (y - 105) * (y - 105)
+            if 62 * 62 < radius2 < 80 * 80 or (80 * 80 < radius2 < 97 * 97 and x < y):
+                frame[y * size + x] = 0
+    yield (
+        0, 0, 0, view(frame), fixed.LOG_GREY, size, size, 105 * 256, 105 * 256, 20480, 5120, 4, 0, fixed.ROOT,
+        8192, 8192, 32767, 0, zeros32(128),
+    )  # fmt: skip
+
+
+def ring_harmonics(random):
+    for largest, skipped, rounds, floor in (
+        (300, 0, 1, 100),
+        (4096, 3, 8, 300),
+        (32767, 7, 5, 1),
+        (0, 0, 3, 1),
+    ):
+        sectors = zeros32(128)
+        for sector in range(32):
+            tried = random.between(0, 255)
+            counted = random.between(0, tried)
+            residual = random.between(-largest, largest)
+            if sector & 1:  # a wave of the first two harmonics
+                residual = largest if sector % 16 < 8 else -largest
+                counted = tried
+            sectors[4 * sector] = tried
+            sectors[4 * sector + 1] = tried * random.between(0, 60000)
+            sectors[4 * sector + 2] = counted
+            sectors[4 * sector + 3] = counted * (32768 + residual)
+        skip = random_bytes(32, random, skipped + 1)
+        yield sectors, 0, 0, ints(64, random), skip, 2, fixed.COSINE, rounds, floor, ints(10, random)
+    yield zeros32(128), 0, 0, zeros32(64), bytearray(32), 1, fixed.COSINE, 4, 100, zeros32(10)
+
+
+def weak_sectors(random):
+    for first, count, least in ((0, 32, 500), (31, 9, 100), (1000, 0, 5), (17, 64, 0)):
+        yield ints(64, random, 0, 1000), 0, 0, first, count, least
+
+
+CASES = {
+    "edge_distances": edge_distances,
+    "choose_radius": choose_radius,
+    "ring_crossings": ring_crossings,
+    "ring_harmonics": ring_harmonics,
+    "weak_sectors": weak_sectors,
+}

@@ -1,0 +1,96 @@
+"""Calls of the kernels in larics.kernels.votes."""
+
+from inputs import ints, words, zeros16, zeros32
+
+from larics import tables
+
+DIRECTIONS = 48
+ALL_BITS = (1 << 24) - 1
+
+
+def sparse_cells(count, random, density):
+    """Cells of which one in `density` holds any directions, some of them all."""
+    cells = zeros32(count)
+    for i in range(count):
+        if random.below(density) == 0:
+            cells[i] = random.below(1 << 24) | (ALL_BITS if random.below(4) == 0 else 0)
+    return cells
+
+
+def clear_cells(random):
+    for first, end in ((0, 0), (0, 1), (8, 40), (3, 36)):
+        yield ints(50, random, 0, ALL_BITS), first, end
+
+
+def cast_votes(random):
+    for width, height, step, outer, inner, count in (
+        (60, 40, 2, 6, 4, 80),
+        (64, 48, 4, 2, 2, 300),
+        (50, 50, 1, 8, 2, 0),
+    ):
+        row = width // step + 20
+        cells = zeros32(row * (height // step + 20))
+        farthest = len(cells) - 1 - ((height - 1) // step * row + (width - 1) // step)
+        offsets = words(DIRECTIONS * (outer + inner) * 2, random, 0, farthest)
+        edges = zeros32(count + 1)
+        for i in range(count):
+            edges[i] = random.below(width * height) | random.below(DIRECTIONS) << 20
+        bits = zeros32(DIRECTIONS * 4)
+        for i in range(len(bits)):
+            bits[i] = 1 << random.below(24)
+        yield cells, 0, 0, offsets, 0, edges, count, width, step, row, outer, inner, bits
+    # the last pixel of the largest frame, in one cell grid of step 8
+    row = 140
+    edges = zeros32(1)
+    edges[0] = (1024 * 1024 - 1) | 47 << 20
+    offsets = words(DIRECTIONS * 8, random, 0, row * 12)
+    yield zeros32(row * 141), 0, 0, offsets, 0, edges, 1, 1024, 8, row, 2, 2, zeros32(DIRECTIONS * 4)
+
+
+def join_cells(random):
+    row, rows = 36, 24
+    for density in (1, 3, 1000):
+        for left, right, top, bottom in ((0, 17, 0, 11), (3, 9, 2, 4), (5, 5, 6, 6), (5, 4, 6, 6)):
+            cells = sparse_cells(row * rows, random, density)
+            yield cells, 0, 0, zeros32(18 * 12), row, 18, left, right, top, bottom
+
+
+def find_windows(random):
+    row, rows = 18, 12
+    for density, least, capacity in ((1, 9, 6), (2, 15, 96), (3, 20, 3), (1000, 15, 96), (1, 24, 1)):
+        blocks = sparse_cells(row * rows, random, density)
+        windows = words(3 * capacity + 3, random)
+        yield blocks, 0, 0, row, 1, row - 2, 1, rows - 2, tables.BIT_COUNT, least, windows, capacity
+
+
+def rank_centres(random):
+    row, rows = 40, 30
+    for density, count, capacity, padding, step in (
+        (1, 30, 6, 8, 2),
+        (3, 96, 6, 20, 4),
+        (2, 5, 1, 0, 1),
+        (4, 40, 12, 4, 3),
+    ):
+        cells = sparse_cells(row * rows, random, density)
+        windows = zeros16(3 * count)
+        for i in range(0, 3 * count, 3):
+            windows[i] = random.below(25)
+            windows[i + 1] = random.between(1, row // 2 - 3)
+            windows[i + 2] = random.between(1, rows // 2 - 3)
+        centres = ints(3 * capacity + 3, random, 0, 1 << 20)
+        yield cells, 0, 0, row, windows, count, tables.BIT_COUNT, centres, capacity, padding, step
+    # the far corner of the largest grid
+    row = 1100
+    cells = sparse_cells(row * 8, random, 2)
+    windows = zeros16(3)
+    windows[0], windows[1], windows[2] = 24, 547, 1
+    yield cells, 0, 0, row, windows, 1, tables.BIT_COUNT, zeros32(9), 2, 60, 1
+
+
+CASES = {
+    "clear_cells": clear_cells,
+    "cast_votes": cast_votes,
+    "join_cells": join_cells,
+    "find_windows": find_windows,
+    "rank_centres": rank_centres,
+}
