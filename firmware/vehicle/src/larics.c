@@ -1,0 +1,487 @@
+#include "larics.h"
+
+#include <string.h>
+
+/* How a field is on the wire. U30 and I30 take 32 bits and use 30; any larger number is that of bytes. */
+enum { U8, U16, U30, I30 };
+
+typedef struct {
+    uint8_t kind;
+    uint8_t offset; /* in its structure */
+} field;
+
+typedef struct {
+    uint8_t type;
+    uint8_t first; /* in `fields` */
+    uint8_t count;
+    uint8_t size; /* of the payload */
+} layout;
+
+/* Of fields that may hold less than their kind. */
+typedef struct {
+    uint8_t field; /* in `fields` */
+    int32_t low;
+    int32_t high;
+} range;
+
+/* generated: begin (tools/make_protocol.py) */
+static const field fields[] = {
+    {U16, offsetof(larics_info, token)},
+    {U16, offsetof(larics_info, boot)},
+    {U8, offsetof(larics_info, version_major)},
+    {U8, offsetof(larics_info, version_minor)},
+    {U8, offsetof(larics_info, version_patch)},
+    {U16, offsetof(larics_info, width)},
+    {U16, offsetof(larics_info, height)},
+    {U8, offsetof(larics_info, settings)},
+    {16, offsetof(larics_info, board)},
+    {12, offsetof(larics_info, unique_id)},
+    {U30, offsetof(larics_marker, frame)},
+    {U30, offsetof(larics_marker, age_us)},
+    {U16, offsetof(larics_marker, flags)},
+    {U8, offsetof(larics_marker, id)},
+    {U8, offsetof(larics_marker, index)},
+    {U8, offsetof(larics_marker, count)},
+    {I30, offsetof(larics_marker, x_mm10)},
+    {I30, offsetof(larics_marker, y_mm10)},
+    {I30, offsetof(larics_marker, z_mm10)},
+    {U16, offsetof(larics_marker, heading_cdeg)},
+    {U8, offsetof(larics_marker, margin)},
+    {U16, offsetof(larics_marker, radius_q8)},
+    {U30, offsetof(larics_pose, frame)},
+    {U30, offsetof(larics_pose, age_us)},
+    {U8, offsetof(larics_pose, state)},
+    {U8, offsetof(larics_pose, id)},
+    {I30, offsetof(larics_pose, x_mm10)},
+    {I30, offsetof(larics_pose, y_mm10)},
+    {U16, offsetof(larics_pose, heading_cdeg)},
+    {U16, offsetof(larics_pose, sigma_mm10)},
+    {U16, offsetof(larics_pose, sigma_cdeg)},
+    {U16, offsetof(larics_pose, route_position)},
+    {U16, offsetof(larics_pose, next_cdeg)},
+    {U8, offsetof(larics_status, version_major)},
+    {U8, offsetof(larics_status, version_minor)},
+    {U8, offsetof(larics_status, version_patch)},
+    {U16, offsetof(larics_status, boot)},
+    {U30, offsetof(larics_status, uptime_s)},
+    {U30, offsetof(larics_status, frames)},
+    {U30, offsetof(larics_status, missed)},
+    {U30, offsetof(larics_status, detections)},
+    {U30, offsetof(larics_status, rejects)},
+    {U30, offsetof(larics_status, drops)},
+    {U30, offsetof(larics_status, crc_errors)},
+    {U30, offsetof(larics_status, line_errors)},
+    {U30, offsetof(larics_status, faults)},
+    {U8, offsetof(larics_status, last_fault)},
+    {U30, offsetof(larics_status, active_faults)},
+    {U8, offsetof(larics_status, state)},
+    {U30, offsetof(larics_status, exposure_us)},
+    {U16, offsetof(larics_status, gain_cdb)},
+    {U8, offsetof(larics_status, grey_mean)},
+    {U16, offsetof(larics_status, rate_chz)},
+    {U30, offsetof(larics_status, frame_us)},
+    {U30, offsetof(larics_status, detect_us)},
+    {U30, offsetof(larics_status, latency_us)},
+    {U30, offsetof(larics_status, free_bytes)},
+    {U16, offsetof(larics_ack, token)},
+    {U8, offsetof(larics_ack, command)},
+    {U16, offsetof(larics_nack, token)},
+    {U8, offsetof(larics_nack, command)},
+    {U8, offsetof(larics_nack, reason)},
+    {U8, offsetof(larics_nack, detail)},
+    {U16, offsetof(larics_setting, token)},
+    {U8, offsetof(larics_setting, key)},
+    {U16, offsetof(larics_setting, first)},
+    {U16, offsetof(larics_setting, count)},
+    {I30, offsetof(larics_setting, value[0])},
+    {I30, offsetof(larics_setting, value[1])},
+    {I30, offsetof(larics_setting, value[2])},
+    {I30, offsetof(larics_setting, value[3])},
+    {I30, offsetof(larics_setting, value[4])},
+    {I30, offsetof(larics_setting, value[5])},
+    {I30, offsetof(larics_setting, value[6])},
+    {I30, offsetof(larics_setting, value[7])},
+    {U16, offsetof(larics_raw_header, token)},
+    {U30, offsetof(larics_raw_header, frame)},
+    {U16, offsetof(larics_raw_header, width)},
+    {U16, offsetof(larics_raw_header, height)},
+    {U16, offsetof(larics_raw_header, chunks)},
+    {U16, offsetof(larics_raw_header, crc_low)},
+    {U16, offsetof(larics_raw_header, crc_high)},
+    {U16, offsetof(larics_raw_chunk, token)},
+    {U16, offsetof(larics_raw_chunk, chunk)},
+    {64, offsetof(larics_raw_chunk, data)},
+    {U16, offsetof(larics_get_info, token)},
+    {U16, offsetof(larics_ping, token)},
+    {U16, offsetof(larics_get_setting, token)},
+    {U8, offsetof(larics_get_setting, key)},
+    {U16, offsetof(larics_set_setting, token)},
+    {U8, offsetof(larics_set_setting, key)},
+    {U16, offsetof(larics_set_setting, first)},
+    {U16, offsetof(larics_set_setting, count)},
+    {I30, offsetof(larics_set_setting, value[0])},
+    {I30, offsetof(larics_set_setting, value[1])},
+    {I30, offsetof(larics_set_setting, value[2])},
+    {I30, offsetof(larics_set_setting, value[3])},
+    {I30, offsetof(larics_set_setting, value[4])},
+    {I30, offsetof(larics_set_setting, value[5])},
+    {I30, offsetof(larics_set_setting, value[6])},
+    {I30, offsetof(larics_set_setting, value[7])},
+    {U16, offsetof(larics_save_settings, token)},
+    {U16, offsetof(larics_get_raw, token)},
+    {U16, offsetof(larics_get_raw_again, token)},
+    {U16, offsetof(larics_get_raw_again, transfer)},
+    {U16, offsetof(larics_get_raw_again, first)},
+    {U16, offsetof(larics_get_raw_again, count)},
+    {U16, offsetof(larics_restart, token)},
+    {U16, offsetof(larics_restart, boot)},
+};
+
+static const layout layouts[] = {
+    {LARICS_INFO, 0, 10, 40},
+    {LARICS_MARKER, 10, 12, 30},
+    {LARICS_POSE, 22, 11, 28},
+    {LARICS_STATUS, 33, 24, 72},
+    {LARICS_ACK, 57, 2, 3},
+    {LARICS_NACK, 59, 4, 5},
+    {LARICS_SETTING, 63, 12, 39},
+    {LARICS_RAW_HEADER, 75, 7, 16},
+    {LARICS_RAW_CHUNK, 82, 3, 68},
+    {LARICS_GET_INFO, 85, 1, 2},
+    {LARICS_PING, 86, 1, 2},
+    {LARICS_GET_SETTING, 87, 2, 3},
+    {LARICS_SET_SETTING, 89, 12, 39},
+    {LARICS_SAVE_SETTINGS, 101, 1, 2},
+    {LARICS_GET_RAW, 102, 1, 2},
+    {LARICS_GET_RAW_AGAIN, 103, 4, 8},
+    {LARICS_RESTART, 107, 2, 4},
+};
+
+static const range ranges[] = {
+    {12, 0, 127}, /* MARKER.flags */
+    {14, 0, 254}, /* MARKER.index */
+    {16, -1000000, 1000000}, /* MARKER.x_mm10 */
+    {17, -1000000, 1000000}, /* MARKER.y_mm10 */
+    {18, -1000000, 1000000}, /* MARKER.z_mm10 */
+    {19, 0, 35999}, /* MARKER.heading_cdeg */
+    {24, 0, 2}, /* POSE.state */
+    {28, 0, 35999}, /* POSE.heading_cdeg */
+    {32, 0, 36000}, /* POSE.next_cdeg */
+    {48, 0, 2}, /* STATUS.state */
+    {77, 1, 65535}, /* RAW_HEADER.width */
+    {78, 1, 65535}, /* RAW_HEADER.height */
+    {79, 1, 65535}, /* RAW_HEADER.chunks */
+    {106, 1, 65535}, /* GET_RAW_AGAIN.count */
+};
+/* generated: end */
+
+#define HEADER 4
+#define CRC_SIZE 4
+#define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
+#define HALF_OF_COUNT ((LARICS_COUNT_MAX + 1) / 2)
+
+enum { START, INSIDE, TOO_LONG };
+
+static const uint32_t crc_of_nibble[16] = {
+    0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u, 0x4DB26158u, 0x5005713Cu,
+    0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu, 0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
+
+static uint32_t crc32(const uint8_t *data, size_t count)
+{
+    uint32_t crc = 0xFFFFFFFFu;
+    while (count--) {
+        crc ^= *data++;
+        crc = (crc >> 4) ^ crc_of_nibble[crc & 15u];
+        crc = (crc >> 4) ^ crc_of_nibble[crc & 15u];
+    }
+    return crc ^ 0xFFFFFFFFu;
+}
+
+static uint32_t get32(const uint8_t *bytes)
+{
+    return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+}
+
+static void put32(uint8_t *bytes, uint32_t value)
+{
+    bytes[0] = (uint8_t)value;
+    bytes[1] = (uint8_t)(value >> 8);
+    bytes[2] = (uint8_t)(value >> 16);
+    bytes[3] = (uint8_t)(value >> 24);
+}
+
+static const layout *layout_of(uint8_t type)
+{
+    for (size_t k = 0; k < COUNT_OF(layouts); k++)
+        if (layouts[k].type == type) return &layouts[k];
+    return NULL;
+}
+
+static int is_in_range(size_t index, int32_t value)
+{
+    int32_t high = (int32_t)LARICS_COUNT_MAX;
+    int32_t low = fields[index].kind == I30 ? -high : 0;
+    for (size_t k = 0; k < COUNT_OF(ranges); k++)
+        if (ranges[k].field == index) {
+            low = ranges[k].low;
+            high = ranges[k].high;
+        }
+    return low <= value && value <= high;
+}
+
+/* From the wire to the structure at `to`; 0 when a value is out of its range. */
+static int unpack(const layout *type, const uint8_t *wire, uint8_t *to)
+{
+    for (size_t k = type->first; k < (size_t)type->first + type->count; k++) {
+        uint8_t *place = to + fields[k].offset;
+        uint8_t kind = fields[k].kind;
+        uint32_t bits = wire[0];
+        int32_t value;
+        if (kind > I30) {
+            memcpy(place, wire, kind);
+            wire += kind;
+            continue;
+        }
+        if (kind == U16) bits |= (uint32_t)wire[1] << 8;
+        if (kind >= U30) bits = get32(wire);
+        value = bits & 0x80000000u ? -(int32_t)(~bits) - 1 : (int32_t)bits;
+        if (!is_in_range(k, value)) return 0;
+        if (kind == U8) {
+            *place = (uint8_t)bits;
+            wire += 1;
+        } else if (kind == U16) {
+            uint16_t half = (uint16_t)bits;
+            memcpy(place, &half, 2);
+            wire += 2;
+        } else {
+            memcpy(place, &value, 4); /* int32_t and uint32_t alike: the value is within 30 bits */
+            wire += 4;
+        }
+    }
+    return 1;
+}
+
+/* From the structure at `from` to the wire; 0 when a value is out of its range. */
+static int pack(const layout *type, const uint8_t *from, uint8_t *wire)
+{
+    for (size_t k = type->first; k < (size_t)type->first + type->count; k++) {
+        const uint8_t *place = from + fields[k].offset;
+        uint8_t kind = fields[k].kind;
+        int32_t value;
+        if (kind > I30) {
+            memcpy(wire, place, kind);
+            wire += kind;
+            continue;
+        }
+        if (kind == U8) {
+            value = *place;
+        } else if (kind == U16) {
+            uint16_t half;
+            memcpy(&half, place, 2);
+            value = half;
+        } else {
+            memcpy(&value, place, 4);
+        }
+        if (!is_in_range(k, value)) return 0;
+        if (kind >= U30) {
+            put32(wire, (uint32_t)value);
+            wire += 4;
+        } else {
+            *wire++ = (uint8_t)value;
+            if (kind == U16) *wire++ = (uint8_t)(value >> 8);
+        }
+    }
+    return 1;
+}
+
+void larics_decoder_init(larics_decoder *decoder)
+{
+    memset(decoder, 0, sizeof *decoder);
+}
+
+static void count_gap(larics_decoder *decoder, uint16_t sequence)
+{
+    uint16_t missing = (uint16_t)(sequence - decoder->sequence - 1u);
+    if (decoder->has_sequence) {
+        if (missing == 0xFFFFu)
+            decoder->counters.repeats++;
+        else
+            decoder->counters.gaps += missing;
+    }
+    decoder->sequence = sequence;
+    decoder->has_sequence = 1;
+}
+
+/* A 0 has come: judges what came before it. */
+static int finish(larics_decoder *decoder)
+{
+    larics_counters *counters = &decoder->counters;
+    const uint8_t *bytes = decoder->buffer;
+    size_t end = (size_t)decoder->size - CRC_SIZE;
+    const layout *type;
+
+    if (decoder->state == START) {
+        counters->empty++;
+    } else if (decoder->state == TOO_LONG) {
+        counters->over_long++;
+    } else if (decoder->left) {
+        counters->cobs++;
+    } else if (decoder->size < HEADER + CRC_SIZE) {
+        counters->length++;
+    } else if (get32(bytes + end) != crc32(bytes, end)) {
+        counters->crc++;
+    } else if (bytes[0] != LARICS_VERSION) {
+        counters->version++;
+    } else {
+        count_gap(decoder, (uint16_t)(bytes[2] | bytes[3] << 8));
+        type = layout_of(bytes[1]);
+        if (!type) {
+            counters->unknown++;
+        } else if (end != (size_t)HEADER + type->size) {
+            counters->length++;
+        } else if (!unpack(type, bytes + HEADER, (uint8_t *)&decoder->message.as)) {
+            counters->out_of_range++;
+        } else {
+            counters->messages++;
+            decoder->message.type = bytes[1];
+            decoder->message.sequence = decoder->sequence;
+            return 1;
+        }
+    }
+    return 0;
+}
+
+int larics_decode(larics_decoder *decoder, uint8_t byte)
+{
+    int is_new = 0;
+    if (byte == 0) {
+        is_new = finish(decoder);
+        decoder->state = START;
+        decoder->left = 0;
+    } else if (decoder->state == TOO_LONG) {
+        /* skipped */
+    } else if (decoder->left) {
+        decoder->buffer[decoder->size++] = byte;
+        decoder->left--;
+    } else { /* a COBS byte: how many bytes follow until a 0 */
+        if (decoder->state == START)
+            decoder->size = 0;
+        else
+            decoder->buffer[decoder->size++] = 0;
+        decoder->state = INSIDE;
+        decoder->left = (uint8_t)(byte - 1u);
+        if ((unsigned)decoder->size + decoder->left > LARICS_LIMIT) decoder->state = TOO_LONG;
+    }
+    return is_new;
+}
+
+size_t larics_encode(const larics_message *message, uint16_t sequence, uint8_t frame[LARICS_MAX_FRAME])
+{
+    const layout *type = layout_of(message->type);
+    size_t end, code = 0;
+
+    if (!type || !pack(type, (const uint8_t *)&message->as, frame + 1 + HEADER)) return 0;
+    frame[1] = LARICS_VERSION;
+    frame[2] = message->type;
+    frame[3] = (uint8_t)sequence;
+    frame[4] = (uint8_t)(sequence >> 8);
+    end = (size_t)HEADER + type->size;
+    put32(frame + 1 + end, crc32(frame + 1, end));
+    end += 1 + CRC_SIZE;
+    for (size_t k = 1; k < end; k++)
+        if (frame[k] == 0) {
+            frame[code] = (uint8_t)(k - code);
+            code = k;
+        }
+    frame[code] = (uint8_t)(end - code);
+    frame[end] = 0;
+    return end + 1;
+}
+
+void larics_tracker_init(larics_tracker *tracker, uint32_t baud)
+{
+    memset(tracker, 0, sizeof *tracker);
+    if (baud == 0) baud = 115200;
+    tracker->line_ms = (uint16_t)(LARICS_MARKER_FRAME * 10000uL / baud + 1);
+}
+
+static int is_newer(uint32_t frame, uint32_t last)
+{
+    uint32_t step = (frame - last) & LARICS_COUNT_MAX;
+    return step != 0 && step < HALF_OF_COUNT;
+}
+
+/* After a restart of the camera its frame numbers begin anew, and what was measured before is void. */
+static void check_boot(larics_tracker *tracker, uint16_t boot)
+{
+    if (tracker->has_boot && tracker->boot != boot) {
+        tracker->has_marker = 0;
+        tracker->has_pose = 0;
+        tracker->has_pose_frame = 0;
+        tracker->pose_state = LARICS_LOST;
+    }
+    tracker->boot = boot;
+    tracker->has_boot = 1;
+}
+
+void larics_track(larics_tracker *tracker, const larics_message *message, uint32_t now_ms)
+{
+    if (message->type == LARICS_INFO) {
+        check_boot(tracker, message->as.info.boot);
+    } else if (message->type == LARICS_STATUS) {
+        check_boot(tracker, message->as.status.boot);
+    } else if (message->type == LARICS_MARKER) {
+        const larics_marker *marker = &message->as.marker;
+        int is_new = !tracker->has_marker || is_newer(marker->frame, tracker->marker.frame);
+        int is_better = tracker->has_marker && marker->frame == tracker->marker.frame &&
+                        marker->margin > tracker->marker.margin;
+        if (marker->count && !(marker->flags & LARICS_MARKER_NONE) && (is_new || is_better)) {
+            tracker->marker = *marker;
+            if (is_new) tracker->marker_ms = now_ms;
+            tracker->has_marker = 1;
+        }
+    } else if (message->type == LARICS_POSE) {
+        const larics_pose *pose = &message->as.pose;
+        if (tracker->has_pose_frame && !is_newer(pose->frame, tracker->pose_frame)) return;
+        tracker->pose_frame = pose->frame;
+        tracker->has_pose_frame = 1;
+        tracker->pose_state = pose->state;
+        if (pose->state != LARICS_LOST) {
+            tracker->pose = *pose;
+            tracker->pose_ms = now_ms;
+            tracker->has_pose = 1;
+        }
+    }
+}
+
+/* Forgets what is older than a minute, so that a clock that wraps cannot make it young again. */
+static uint32_t age_ms(uint8_t *has, uint32_t age_us, uint32_t line_ms, uint32_t arrived_ms, uint32_t now_ms)
+{
+    uint32_t age = now_ms - arrived_ms;
+    uint32_t before = age_us / 1000u + 1u + line_ms;
+    if (age > 60000u || before > 60000u) *has = 0;
+    return *has ? age + before : LARICS_NEVER;
+}
+
+uint32_t larics_marker_age_ms(larics_tracker *tracker, uint32_t now_ms)
+{
+    return age_ms(&tracker->has_marker, tracker->marker.age_us, tracker->line_ms, tracker->marker_ms, now_ms);
+}
+
+uint32_t larics_pose_age_ms(larics_tracker *tracker, uint32_t now_ms)
+{
+    return age_ms(&tracker->has_pose, tracker->pose.age_us, tracker->line_ms, tracker->pose_ms, now_ms);
+}
+
+int larics_marker_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms)
+{
+    const uint16_t unusable = LARICS_MARKER_ID_UNCERTAIN | LARICS_MARKER_UNCONFIRMED | LARICS_MARKER_NO_OFFSET;
+    uint32_t age = larics_marker_age_ms(tracker, now_ms);
+    return age != LARICS_NEVER && age <= max_age_ms && !(tracker->marker.flags & unusable);
+}
+
+int larics_pose_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms)
+{
+    uint32_t age = larics_pose_age_ms(tracker, now_ms);
+    return age != LARICS_NEVER && age <= max_age_ms && tracker->pose_state != LARICS_LOST;
+}

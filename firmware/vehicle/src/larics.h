@@ -1,0 +1,417 @@
+/* LARICS camera: reads its stream of measurements and sends it commands. C99, no allocation.
+ *
+ *     larics_decoder decoder;              one for each line
+ *     larics_tracker tracker;              the newest measurement and how old it is
+ *     larics_decoder_init(&decoder);
+ *     larics_tracker_init(&tracker, 115200);
+ *     for each byte received:
+ *         if (larics_decode(&decoder, byte)) larics_track(&tracker, &decoder.message, now_ms);
+ *     before each use:
+ *         if (larics_marker_is_fresh(&tracker, now_ms, 100)) steer by tracker.marker; else stop.
+ *
+ * Whatever is not a whole message with the right CRC and all fields within their ranges changes nothing
+ * but a counter. Units are in the names: _mm10 is 0.1 mm, _cdeg 0.01 degree, _q8 1/256 pixel. The vehicle
+ * frame has x forward, y left, z up; angles count counterclockwise as seen from above.
+ */
+#ifndef LARICS_H
+#define LARICS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define LARICS_LIMIT 128     /* bytes of the longest message with header and CRC */
+#define LARICS_MAX_FRAME 130 /* bytes of the longest frame on the line */
+
+/* generated: begin (tools/make_protocol.py) */
+#define LARICS_VERSION 1
+#define LARICS_COUNT_MAX 0x3FFFFFFFu /* counters wrap to 0 after it */
+#define LARICS_FIRST_COMMAND 64
+#define LARICS_SETTING_VALUES 8
+#define LARICS_RAW_CHUNK_BYTES 64
+#define LARICS_MARKER_FRAME 40 /* bytes of a MARKER on the line */
+
+/* larics_message.type */
+#define LARICS_INFO 1
+#define LARICS_MARKER 2
+#define LARICS_POSE 3
+#define LARICS_STATUS 4
+#define LARICS_ACK 5
+#define LARICS_NACK 6
+#define LARICS_SETTING 7
+#define LARICS_RAW_HEADER 8
+#define LARICS_RAW_CHUNK 9
+#define LARICS_GET_INFO 64
+#define LARICS_PING 65
+#define LARICS_GET_SETTING 66
+#define LARICS_SET_SETTING 67
+#define LARICS_SAVE_SETTINGS 68
+#define LARICS_GET_RAW 69
+#define LARICS_GET_RAW_AGAIN 70
+#define LARICS_RESTART 71
+
+/* MARKER flag */
+#define LARICS_MARKER_ID_UNCERTAIN 1 /* pose certain, ID not: id is 255 */
+#define LARICS_MARKER_UNCONFIRMED 2 /* ID not yet agreed on by enough frames */
+#define LARICS_MARKER_TRACKED 4 /* found around the prediction, without a search */
+#define LARICS_MARKER_BORDER 8 /* plate cut off by the border of the frame */
+#define LARICS_MARKER_MODEL 16 /* accepted by the second opinion, not by the sharp rules */
+#define LARICS_MARKER_NONE 32 /* no marker seen in this frame: count 0, id 255, measures 0 */
+#define LARICS_MARKER_NO_OFFSET 64 /* x, y, z unknown and 0: the camera is not calibrated */
+
+/* POSE state */
+#define LARICS_LOST 0 /* no usable pose; x, y, heading are the last known ones */
+#define LARICS_COASTING 1 /* predicted from earlier markers */
+#define LARICS_TRACKING 2 /* measured in this frame */
+
+/* Special value */
+#define LARICS_ID_NONE 255 /* id: none, or uncertain */
+#define LARICS_ROUTE_NONE 65535 /* route_position: no route, or not on it */
+#define LARICS_DIRECTION_NONE 36000 /* next_cdeg: no next direction */
+#define LARICS_SIGMA_UNKNOWN 65535 /* sigma: unknown or larger than can be told */
+
+/* NACK reason */
+#define LARICS_NACK_UNKNOWN_KEY 1 /* no setting has this key */
+#define LARICS_NACK_RANGE 2 /* a value is outside its range */
+#define LARICS_NACK_LENGTH 3 /* wrong number of values for this setting */
+#define LARICS_NACK_LIST_ORDER 4 /* a list's parts came out of order: start again at first 0 */
+#define LARICS_NACK_CONFLICT 5 /* valid alone, but not together with other settings */
+#define LARICS_NACK_STORAGE 6 /* the settings could not be written; the old file is kept */
+#define LARICS_NACK_BUSY 7 /* not now: try again */
+#define LARICS_NACK_NO_FRAME 8 /* no frame yet, or no memory for a copy of it */
+#define LARICS_NACK_TRANSFER 9 /* this raw frame is not kept any more */
+#define LARICS_NACK_CHUNK 10 /* this raw frame has no such chunks */
+#define LARICS_NACK_TOKEN 11 /* this token was just used for another command */
+#define LARICS_NACK_BOOT 12 /* the boot number is not the current one: already restarted */
+#define LARICS_NACK_UNKNOWN_COMMAND 13 /* this firmware does not have this command */
+
+/* Fault */
+#define LARICS_FAULT_CAMERA_TIMEOUT 1 /* no frame within the time limit */
+#define LARICS_FAULT_CAMERA_RESET 2 /* the camera was started again */
+#define LARICS_FAULT_UART_WRITE 3 /* the line took fewer bytes than given, or none */
+#define LARICS_FAULT_SETTINGS_MISSING 4 /* no settings file: defaults in use */
+#define LARICS_FAULT_SETTINGS_CORRUPT 5 /* settings file damaged: the previous one in use, or defaults */
+#define LARICS_FAULT_SETTINGS_VERSION 6 /* settings of another version: what is valid is used */
+#define LARICS_FAULT_STORAGE 7 /* flash full or read-only */
+#define LARICS_FAULT_DETECT 8 /* exception in the detection of a frame */
+#define LARICS_FAULT_MEMORY 9 /* memory ran out */
+#define LARICS_FAULT_SAVE_INTERRUPTED 10 /* power lost while saving: previous settings in use */
+#define LARICS_FAULT_WATCHDOG 11 /* started by the watchdog */
+#define LARICS_FAULT_SAFE_MODE 12 /* safe mode: three fast resets, or the button */
+#define LARICS_FAULT_CAMERA 13 /* the camera driver reported an error */
+#define LARICS_FAULT_COMMAND 14 /* a command ended in an exception */
+#define LARICS_FAULT_LOOP 15 /* exception outside of camera, detection and commands */
+#define LARICS_FAULT_MARKER_UNKNOWN 16 /* a marker that is not in the map */
+#define LARICS_FAULT_MARKER_HEIGHT 17 /* a marker whose size contradicts its height */
+#define LARICS_FAULT_MARKER_PLACE 18 /* a marker where it cannot be: misread, moved, or the vehicle was moved */
+#define LARICS_FAULT_ROUTE 19 /* a wrong, missing or unexpected marker on the route */
+
+/* keys of the settings */
+#define LARICS_KEY_WIDTH 1
+#define LARICS_KEY_HEIGHT 2
+#define LARICS_KEY_FOCAL_Q8 3
+#define LARICS_KEY_CENTER_X_Q8 4
+#define LARICS_KEY_CENTER_Y_Q8 5
+#define LARICS_KEY_K1_E5 6
+#define LARICS_KEY_K2_E5 7
+#define LARICS_KEY_MOUNT_CDEG 8
+#define LARICS_KEY_MIRRORED 9
+#define LARICS_KEY_TILT_FORWARD_CDEG 10
+#define LARICS_KEY_TILT_LEFT_CDEG 11
+#define LARICS_KEY_CAMERA_X_MM10 12
+#define LARICS_KEY_CAMERA_Y_MM10 13
+#define LARICS_KEY_CAMERA_Z_MM10 14
+#define LARICS_KEY_CEILING_MM10 15
+#define LARICS_KEY_METHOD 19
+#define LARICS_KEY_RADIUS_MIN_PX 20
+#define LARICS_KEY_RADIUS_MAX_PX 21
+#define LARICS_KEY_OUTER_MM10 22
+#define LARICS_KEY_LINE_MM10 23
+#define LARICS_KEY_ALLOWED_IDS 24
+#define LARICS_KEY_ALLOW_ID0 25
+#define LARICS_KEY_TRACKING 26
+#define LARICS_KEY_SECOND_OPINION 27
+#define LARICS_KEY_CONFIRM_NEEDED 28
+#define LARICS_KEY_CONFIRM_FRAMES 29
+#define LARICS_KEY_MAX_TILT_CDEG 30
+#define LARICS_KEY_MAX_SPEED_MM_S 31
+#define LARICS_KEY_BAUD 40
+#define LARICS_KEY_OUTPUT 41
+#define LARICS_KEY_RATE_DIVIDER 42
+#define LARICS_KEY_MAVLINK_SYSTEM 43
+#define LARICS_KEY_MAVLINK_COMPONENT 44
+#define LARICS_KEY_EXPOSURE 50
+#define LARICS_KEY_EXPOSURE_US 51
+#define LARICS_KEY_EXPOSURE_MAX_US 52
+#define LARICS_KEY_GAIN_DB10 53
+#define LARICS_KEY_GAIN_MAX_DB10 54
+#define LARICS_KEY_BLUR_MAX_Q8 55
+#define LARICS_KEY_TARGET_GREY 56
+#define LARICS_KEY_ROUTE 60
+#define LARICS_KEY_MAP 61
+
+/* who is speaking: at start and as answer to GET_INFO */
+typedef struct {
+    uint16_t token; /* of GET_INFO; 0 at start */
+    uint16_t boot; /* drawn at random at each start; RESTART needs it */
+    uint8_t version_major; /* version of the firmware */
+    uint8_t version_minor; /* version of the firmware */
+    uint8_t version_patch; /* version of the firmware */
+    uint16_t width; /* frame width, px */
+    uint16_t height; /* frame height, px */
+    uint8_t settings; /* number of settings; keys are 1..settings */
+    uint8_t board[16]; /* board name, ASCII, padded with 0 */
+    uint8_t unique_id[12]; /* unique ID of the processor, padded with 0 */
+} larics_info;
+
+/* one marker in one processed frame; sent with count 0 when the frame has none */
+typedef struct {
+    uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
+    uint32_t age_us; /* from the middle of the exposure to the start of sending, us */
+    uint16_t flags; /* sum of MARKER flags; 0..127 */
+    uint8_t id; /* marker ID, or 255 for none or uncertain */
+    uint8_t index; /* which of the markers of this frame, 0..count-1; 0 when count is 0; 0..254 */
+    uint8_t count; /* number of markers in this frame */
+    int32_t x_mm10; /* marker centre minus vehicle origin, forward, 0.1 mm; -1000000..1000000 */
+    int32_t y_mm10; /* the same, to the left, 0.1 mm; -1000000..1000000 */
+    int32_t z_mm10; /* the same, up, 0.1 mm; -1000000..1000000 */
+    uint16_t heading_cdeg; /* orientation line, vehicle frame, ccw from above, 0.01 deg; 0..35999 */
+    uint8_t margin; /* how far the weakest decision is from its limit */
+    uint16_t radius_q8; /* outer ring in the image; 65535 for that and more, 1/256 px */
+} larics_marker;
+
+/* the vehicle in the map, once for each processed frame when there is a map */
+typedef struct {
+    uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
+    uint32_t age_us; /* since the last measurement that the pose rests on, us */
+    uint8_t state; /* POSE state; 0..2 */
+    uint8_t id; /* marker of that measurement, 255 for none */
+    int32_t x_mm10; /* vehicle origin, map frame, 0.1 mm */
+    int32_t y_mm10; /* vehicle origin, map frame, 0.1 mm */
+    uint16_t heading_cdeg; /* vehicle's x axis, map frame, counterclockwise, 0.01 deg; 0..35999 */
+    uint16_t sigma_mm10; /* standard deviation of x and of y; 65535 unknown, 0.1 mm */
+    uint16_t sigma_cdeg; /* standard deviation of the heading; 65535 unknown, 0.01 deg */
+    uint16_t route_position; /* index in the route of the marker reached; 65535 none */
+    uint16_t next_cdeg; /* direction to go on, vehicle frame; 36000 none, 0.01 deg; 0..36000 */
+} larics_pose;
+
+/* health, once a second; counters since start */
+typedef struct {
+    uint8_t version_major; /* version of the firmware */
+    uint8_t version_minor; /* version of the firmware */
+    uint8_t version_patch; /* version of the firmware */
+    uint16_t boot; /* as in INFO */
+    uint32_t uptime_s; /* time since start, s */
+    uint32_t frames; /* frames processed */
+    uint32_t missed; /* camera frames not processed, because a newer one was there */
+    uint32_t detections; /* markers reported */
+    uint32_t rejects; /* candidates refused */
+    uint32_t drops; /* measurements replaced by newer ones before they were sent */
+    uint32_t crc_errors; /* received frames with a wrong CRC */
+    uint32_t line_errors; /* received frames refused for any other reason */
+    uint32_t faults; /* number of faults */
+    uint8_t last_fault; /* code of the last fault, 0 for none */
+    uint32_t active_faults; /* faults that last: bit n stands for code n */
+    uint8_t state; /* POSE state; without a map, of the marker; 0..2 */
+    uint32_t exposure_us; /* exposure time, us */
+    uint16_t gain_cdb; /* camera gain, 0.01 dB */
+    uint8_t grey_mean; /* mean grey of the last frame */
+    uint16_t rate_chz; /* frames processed a second, 0.01 Hz */
+    uint32_t frame_us; /* mean time from frame to frame, us */
+    uint32_t detect_us; /* mean time of a detection, us */
+    uint32_t latency_us; /* longest time from capture to sending in this second, us */
+    uint32_t free_bytes; /* free heap */
+} larics_status;
+
+/* the command was carried out; after the data it asked for */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint8_t command; /* type number of the command */
+} larics_ack;
+
+/* the command was refused and changed nothing */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint8_t command; /* type number of the command */
+    uint8_t reason; /* NACK reason */
+    uint8_t detail; /* key of the setting in question, else 0 */
+} larics_nack;
+
+/* up to eight values of one setting: answer to GET_SETTING */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint8_t key; /* number of the setting */
+    uint16_t first; /* index of value0 within a list; 0 for single values */
+    uint16_t count; /* length of the whole list; 1 for single values */
+    int32_t value[LARICS_SETTING_VALUES]; /* value of index first + k; 0 where there is none */
+} larics_setting;
+
+/* what the raw frame is whose chunks follow */
+typedef struct {
+    uint16_t token; /* of GET_RAW; names the transfer */
+    uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
+    uint16_t width; /* frame width, px; 1..65535 */
+    uint16_t height; /* frame height, px; 1..65535 */
+    uint16_t chunks; /* number of chunks; 1..65535 */
+    uint16_t crc_low; /* CRC-32 of all pixels, low half */
+    uint16_t crc_high; /* CRC-32 of all pixels, high half */
+} larics_raw_header;
+
+/* 64 pixels of a raw frame, row by row; sent when the line is otherwise idle */
+typedef struct {
+    uint16_t token; /* of GET_RAW */
+    uint16_t chunk; /* index: the first pixel is number 64 * chunk */
+    uint8_t data[64]; /* 8-bit pixels; 0 after the last one */
+} larics_raw_chunk;
+
+/* answered by INFO, then ACK */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+} larics_get_info;
+
+/* answered by ACK */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+} larics_ping;
+
+/* answered by SETTING, one for each eight values, then ACK */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint8_t key; /* number of the setting */
+} larics_get_setting;
+
+/* up to eight values; a list takes effect with its last part */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint8_t key; /* number of the setting */
+    uint16_t first; /* index of value0 within a list; 0 for single values */
+    uint16_t count; /* length of the whole list; 1 for single values */
+    int32_t value[LARICS_SETTING_VALUES]; /* value of index first + k; 0 where there is none */
+} larics_set_setting;
+
+/* writes all settings to flash */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+} larics_save_settings;
+
+/* answered by RAW_HEADER and ACK, then all RAW_CHUNKs */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+} larics_get_raw;
+
+/* sends chunks again, of the frame still kept */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint16_t transfer; /* token of the GET_RAW */
+    uint16_t first; /* first chunk */
+    uint16_t count; /* number of chunks; 1..65535 */
+} larics_get_raw_again;
+
+/* restarts after its ACK was sent */
+typedef struct {
+    uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint16_t boot; /* from INFO or STATUS, so that a retry cannot restart twice */
+} larics_restart;
+
+typedef struct {
+    uint8_t type;
+    uint16_t sequence;
+    union {
+        larics_info info;
+        larics_marker marker;
+        larics_pose pose;
+        larics_status status;
+        larics_ack ack;
+        larics_nack nack;
+        larics_setting setting;
+        larics_raw_header raw_header;
+        larics_raw_chunk raw_chunk;
+        larics_get_info get_info;
+        larics_ping ping;
+        larics_get_setting get_setting;
+        larics_set_setting set_setting;
+        larics_save_settings save_settings;
+        larics_get_raw get_raw;
+        larics_get_raw_again get_raw_again;
+        larics_restart restart;
+    } as;
+} larics_message;
+/* generated: end */
+
+/* What a decoder met. Each frame that ends counts in exactly one of the first nine. */
+typedef struct {
+    uint32_t messages;     /* delivered */
+    uint32_t crc;          /* wrong checksum */
+    uint32_t cobs;         /* ended in the middle of a block */
+    uint32_t length;       /* too short, or not as long as its type */
+    uint32_t version;      /* of another version */
+    uint32_t unknown;      /* of an unknown type */
+    uint32_t over_long;    /* longer than any message */
+    uint32_t empty;        /* a 0 right after a 0 */
+    uint32_t out_of_range; /* a field outside its range */
+    uint32_t gaps;         /* messages missing by their sequence numbers */
+    uint32_t repeats;      /* the number before once more */
+} larics_counters;
+
+typedef struct {
+    larics_counters counters;
+    larics_message message; /* valid after larics_decode returned 1, until its next call */
+    uint16_t sequence;      /* private from here on */
+    uint8_t has_sequence;
+    uint8_t state;
+    uint8_t size;
+    uint8_t left;
+    uint8_t buffer[LARICS_LIMIT + 1];
+} larics_decoder;
+
+void larics_decoder_init(larics_decoder *decoder);
+
+/* Takes one byte; 1 when decoder->message is a new message, else 0. */
+int larics_decode(larics_decoder *decoder, uint8_t byte);
+
+/* Puts `message`, numbered `sequence` (the caller counts up), into frame[0..result-1]. 0 when its type is
+ * unknown or a field is out of its range: nothing must be sent then. */
+size_t larics_encode(const larics_message *message, uint16_t sequence, uint8_t frame[LARICS_MAX_FRAME]);
+
+/* The newest measurements. Ages count from the exposure of the frame, on the caller's millisecond clock,
+ * which may wrap. */
+typedef struct {
+    larics_marker marker; /* the last marker seen: of several in one frame, that of the largest margin */
+    larics_pose pose;     /* the last pose that was not LOST */
+    uint8_t pose_state;   /* LARICS_LOST, _COASTING or _TRACKING as last told */
+    uint8_t has_marker;   /* private from here on */
+    uint8_t has_pose;
+    uint8_t has_pose_frame;
+    uint8_t has_boot;
+    uint16_t boot;
+    uint16_t line_ms;
+    uint32_t marker_ms;
+    uint32_t pose_ms;
+    uint32_t pose_frame;
+} larics_tracker;
+
+#define LARICS_NEVER 0xFFFFFFFFu /* age of what was never measured, or more than a minute ago */
+
+void larics_tracker_init(larics_tracker *tracker, uint32_t baud);
+
+/* Takes a decoded message that arrived at now_ms. A frame number that does not go up is not new. */
+void larics_track(larics_tracker *tracker, const larics_message *message, uint32_t now_ms);
+
+/* Age in ms of tracker->marker and tracker->pose, or LARICS_NEVER. */
+uint32_t larics_marker_age_ms(larics_tracker *tracker, uint32_t now_ms);
+uint32_t larics_pose_age_ms(larics_tracker *tracker, uint32_t now_ms);
+
+/* 1 when the marker may be steered by: certain ID, known offset, at most max_age_ms old. */
+int larics_marker_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms);
+
+/* 1 when the pose may be steered by: its last measurement is at most max_age_ms old and it is not LOST. */
+int larics_pose_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

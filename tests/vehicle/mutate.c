@@ -1,0 +1,144 @@
+/* Feeds the decoder with damaged streams: mutate CORPUS BYTES [SEED].
+ *
+ * CORPUS holds frames whose sequence numbers are 0, 1, 2, ... Runs of them are cut, spliced, duplicated,
+ * and hit by bit flips, losses, insertions and noise. Every message that is accepted is encoded again and
+ * compared with the frame of its number: one that differs was never sent. Prints figures as name=value.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "larics.h"
+
+#define MOST_FRAMES 65536
+#define PIECE 16384
+
+static uint8_t *corpus;
+static size_t starts[MOST_FRAMES + 1];
+static size_t frames;
+static uint64_t state;
+
+static uint32_t draw(uint32_t below)
+{
+    state ^= state << 13;
+    state ^= state >> 7;
+    state ^= state << 17;
+    return (uint32_t)(((state >> 32) * below) >> 32);
+}
+
+static int load(const char *name)
+{
+    FILE *file = fopen(name, "rb");
+    long size;
+    if (!file || fseek(file, 0, SEEK_END) || (size = ftell(file)) <= 0) return 0;
+    rewind(file);
+    corpus = malloc((size_t)size);
+    if (!corpus || fread(corpus, 1, (size_t)size, file) != (size_t)size) return 0;
+    fclose(file);
+    for (size_t k = 0; k < (size_t)size && frames < MOST_FRAMES; k++)
+        if (corpus[k] == 0) starts[++frames] = k + 1;
+    return frames > 0;
+}
+
+/* A run of frames into piece; returns its length. */
+static size_t run_of_frames(uint8_t *piece)
+{
+    size_t count = 0;
+    size_t frame = draw((uint32_t)frames);
+    size_t wanted = 1 + draw(60);
+    while (wanted-- && frame < frames) {
+        size_t size = starts[frame + 1] - starts[frame];
+        if (count + size > PIECE / 2) break;
+        memcpy(piece + count, corpus + starts[frame], size);
+        count += size;
+        frame += draw(20) ? 1 : 2;
+    }
+    return count;
+}
+
+static size_t damage(uint8_t *piece, size_t count)
+{
+    uint32_t wounds = draw(12);
+    while (wounds-- && count > 1) {
+        size_t place = draw((uint32_t)count);
+        size_t length = 1 + draw(24);
+        if (length > count - place) length = count - place;
+        switch (draw(7)) {
+        case 0: /* a bit */
+            piece[place] ^= (uint8_t)(1u << draw(8));
+            break;
+        case 1: /* a burst */
+            for (size_t k = 0; k < length; k++) piece[place + k] = (uint8_t)draw(256);
+            break;
+        case 2: /* a loss */
+            memmove(piece + place, piece + place + length, count - place - length);
+            count -= length;
+            break;
+        case 3: /* an insertion */
+            if (count + length > PIECE) break;
+            memmove(piece + place + length, piece + place, count - place);
+            for (size_t k = 0; k < length; k++) piece[place + k] = (uint8_t)draw(256);
+            count += length;
+            break;
+        case 4: /* a duplication */
+            if (count + length > PIECE) break;
+            memmove(piece + place + length, piece + place, count - place);
+            count += length;
+            break;
+        case 5: /* the end is missing */
+            if (!draw(4)) count = place;
+            break;
+        default: /* one byte, often a 0 */
+            piece[place] = (uint8_t)(draw(2) ? 0 : draw(256));
+        }
+    }
+    return count;
+}
+
+int main(int argc, char **argv)
+{
+    static uint8_t piece[PIECE + 64];
+    larics_decoder decoder;
+    uint64_t wanted, fed = 0, accepted = 0, forged = 0;
+    double spent = 0;
+
+    if (argc < 3 || !load(argv[1])) {
+        fprintf(stderr, "usage: mutate CORPUS BYTES [SEED]\n");
+        return 2;
+    }
+    wanted = strtoull(argv[2], NULL, 10);
+    state = 88172645463325252u + (argc > 3 ? strtoull(argv[3], NULL, 10) : 0) * 2685821657736338717u;
+    larics_decoder_init(&decoder);
+    while (fed < wanted) {
+        size_t count = run_of_frames(piece);
+        clock_t start;
+        if (draw(8)) count = damage(piece, count);
+        start = clock();
+        for (size_t k = 0; k < count; k++) {
+            if (larics_decode(&decoder, piece[k])) {
+                uint8_t frame[LARICS_MAX_FRAME];
+                size_t number = decoder.message.sequence;
+                size_t size = larics_encode(&decoder.message, decoder.message.sequence, frame);
+                accepted++;
+                if (number >= frames || size != starts[number + 1] - starts[number] ||
+                    memcmp(frame, corpus + starts[number], size))
+                    forged++;
+            }
+        }
+        spent += (double)(clock() - start) / CLOCKS_PER_SEC;
+        fed += count;
+    }
+    printf("bytes=%llu accepted=%llu forged=%llu seconds=%.3f\n", (unsigned long long)fed,
+           (unsigned long long)accepted, (unsigned long long)forged, spent);
+    printf("messages=%lu crc=%lu cobs=%lu length=%lu version=%lu unknown=%lu over_long=%lu empty=%lu "
+           "out_of_range=%lu gaps=%lu repeats=%lu\n",
+           (unsigned long)decoder.counters.messages, (unsigned long)decoder.counters.crc,
+           (unsigned long)decoder.counters.cobs, (unsigned long)decoder.counters.length,
+           (unsigned long)decoder.counters.version, (unsigned long)decoder.counters.unknown,
+           (unsigned long)decoder.counters.over_long, (unsigned long)decoder.counters.empty,
+           (unsigned long)decoder.counters.out_of_range, (unsigned long)decoder.counters.gaps,
+           (unsigned long)decoder.counters.repeats);
+    free(corpus);
+    return 0;
+}

@@ -1,0 +1,208 @@
+"""The vehicle's C library: strict compilation, vectors exchanged with Python both ways, damage, staleness."""
+
+import random
+import shutil
+import subprocess
+
+import pytest
+
+from larics import framing
+from larics.protocol import Counters, Decoder, Encoder, fields
+from tools import make_protocol, vehicle_build
+from tools.vehicle_build import LIBRARY, ROOT, SANITIZE, STRICT, build, corpus
+
+HERE = ROOT / "tests" / "vehicle"
+
+
+@pytest.fixture(scope="session")
+def programs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("vehicle")
+    source = folder / "exchange.c"
+    source.write_text(vehicle_build.exchange_source())
+    return {
+        "exchange": build([source], folder / "exchange", *SANITIZE),
+        "mutate": build([HERE / "mutate.c"], folder / "mutate", "-O1", *SANITIZE),
+        "tracker": build([HERE / "tracker.c"], folder / "tracker", *SANITIZE),
+    }
+
+
+def run(program, *arguments, data=b""):
+    return subprocess.run([str(program), *arguments], input=data, capture_output=True, check=True)
+
+
+def counts(text):
+    return {name: int(count) for name, count in (pair.split("=") for pair in text.split())}
+
+
+def in_c(program, data):
+    """([(type, sequence, values)], counters) as C decodes it."""
+    result = run(program, "decode", data=data)
+    messages = []
+    for line in result.stdout.decode().splitlines():
+        number, sequence, *items = line.split(" ")
+        codes = [field[1] for field in fields(int(number))]
+        values = [
+            bytes.fromhex(item) if code[-1] == "s" else int(item)
+            for item, code in zip(items, codes, strict=True)
+        ]
+        messages.append((int(number), int(sequence), values))
+    return messages, counts(result.stderr.decode())
+
+
+def in_python(data):
+    messages = []
+
+    def keep(number, sequence, values):
+        values = [bytes(value) if isinstance(value, bytearray) else value for value in values]
+        messages.append((number, sequence, values))
+
+    decoder = Decoder(keep)
+    decoder.feed(data, len(data))
+    return messages, decoder.counters.as_dict()
+
+
+def test_generated_parts_are_up_to_date(capsys):
+    assert make_protocol.main(["--check"]) == 0, capsys.readouterr().out
+
+
+def test_a_stale_part_is_noticed(monkeypatch, tmp_path, capsys):
+    changed = tmp_path / "larics.h"
+    text = make_protocol.HEADER.read_text()
+    changed.write_text(text.replace("#define LARICS_MARKER 2", "#define LARICS_MARKER 3"))
+    monkeypatch.setattr(make_protocol, "HEADER", changed)
+    monkeypatch.setattr(make_protocol, "ROOT", tmp_path)
+    assert make_protocol.main(["--check"]) == 1
+    assert "stale: larics.h" in capsys.readouterr().out
+
+
+def test_python_to_c(programs):
+    data, sent = corpus(3000, seed=11)
+    messages, found = in_c(programs["exchange"], data)
+    assert messages == sent
+    assert found == dict.fromkeys(Counters.NAMES, 0) | {"messages": 3000}
+
+
+def test_c_to_python(programs):
+    data, sent = corpus(3000, seed=12)
+    lines = []
+    for number, sequence, values in sent:
+        items = [value.hex() if isinstance(value, bytes) else str(value) for value in values]
+        lines.append(" ".join([str(number), str(sequence), *items]))
+    result = run(programs["exchange"], "encode", data="\n".join(lines).encode())
+    assert result.stderr == b""
+    assert result.stdout == data
+    assert in_python(result.stdout)[0] == sent
+
+
+def test_c_refuses_to_encode_what_python_refuses(programs):
+    lines, refused = [], []
+    limits = {"B": (0, 255), "H": (0, 65535), "I": (0, 2**32 - 1), "i": (-(2**31), 2**31 - 1)}
+    for _, number, _, message_fields in make_protocol.messages.MESSAGES:
+        for place, (_, code, _, low, high, _) in enumerate(message_fields):
+            for value in (low - 1, high + 1):
+                if code[-1] == "s" or not limits[code][0] <= value <= limits[code][1]:
+                    continue  # no C variable of this type holds it
+                values = ["00" * int(f[1][:-1]) if f[1][-1] == "s" else str(f[3]) for f in message_fields]
+                values[place] = str(value)
+                refused.append(len(lines))
+                lines.append(" ".join([str(number), str(len(lines)), *values]))
+    result = run(programs["exchange"], "encode", data="\n".join(lines).encode())
+    assert result.stdout == b""
+    assert result.stderr.decode().split() == [word for k in refused for word in ("refused", str(k))]
+    assert len(refused) > 60
+
+
+def test_both_decoders_judge_damaged_streams_alike(programs):
+    data, sent = corpus(2000, seed=13)
+    known = {(sequence, number): values for number, sequence, values in sent}
+    generator = random.Random(5)
+    for _ in range(10):
+        damaged = bytearray(data)
+        for _ in range(500):
+            place = generator.randrange(len(damaged))
+            kind = generator.randrange(5)
+            if kind == 0:
+                damaged[place] ^= 1 << generator.randrange(8)
+            elif kind == 1:
+                del damaged[place : place + generator.randrange(1, 90)]
+            elif kind == 2:
+                damaged[place:place] = generator.randbytes(generator.randrange(1, 200))
+            elif kind == 3:
+                damaged[place:place] = damaged[place : place + generator.randrange(1, 200)]
+            else:
+                damaged[place] = 0
+        c_messages, c_counts = in_c(programs["exchange"], damaged)
+        python_messages, python_counts = in_python(damaged)
+        assert c_counts == python_counts
+        assert c_messages == python_messages
+        assert all(known[(sequence, number)] == values for number, sequence, values in c_messages)
+        assert c_counts["crc"] and c_counts["cobs"] and c_counts["length"] and c_counts["empty"]
+
+
+def test_other_versions_types_and_ranges_alike(programs):
+    encoder = Encoder()
+    data = bytearray()
+    generator = random.Random(6)
+    for _ in range(4000):
+        number, _, values = corpus(1, seed=generator.random())[1][0]
+        size = encoder.encode(number, values)
+        content = bytearray(framing.LIMIT + 8)
+        content[1:5] = bytes([1, number, encoder.sequence & 255, encoder.sequence >> 8])
+        payload = generator.randbytes(size - 10)
+        content[5 : 5 + len(payload)] = payload
+        if generator.random() < 0.1:
+            content[1] = generator.randrange(256)
+        if generator.random() < 0.1:
+            content[2] = generator.randrange(256)
+        end = 5 + len(payload) - (generator.random() < 0.1)
+        data += content[: framing.seal(content, end)]
+    c_messages, c_counts = in_c(programs["exchange"], data)
+    assert (c_messages, c_counts) == in_python(data)
+    for name in ("messages", "version", "unknown", "length", "out_of_range"):
+        assert c_counts[name] > 100
+
+
+def test_mutated_streams_in_c(programs, tmp_path):
+    data, _ = corpus(5000, seed=14)
+    (tmp_path / "corpus").write_bytes(data)
+    found = run(programs["mutate"], str(tmp_path / "corpus"), "20000000", "1").stdout.decode().split("\n")
+    figures = {name: float(value) for name, value in (pair.split("=") for pair in found[0].split())}
+    assert figures["bytes"] >= 20_000_000 and figures["forged"] == 0
+    assert figures["accepted"] > 100_000
+    assert min(counts(found[1])[name] for name in ("crc", "cobs", "over_long", "empty", "length")) > 100
+
+
+def test_nothing_stale_is_fresh(programs):
+    result = subprocess.run([programs["tracker"]], capture_output=True, text=True)
+    assert result.returncode == 0, result.stdout
+
+
+def test_code_size(tmp_path):
+    sizes = vehicle_build.sizes(tmp_path)
+    if not sizes:
+        pytest.skip("no arm-none-eabi-gcc")
+    assert max(sizes.values()) <= vehicle_build.MOST_CODE
+
+
+def test_the_library_needs_nothing_but_string_and_stdint(tmp_path):
+    text = (LIBRARY / "larics.c").read_text() + (LIBRARY / "larics.h").read_text()
+    includes = {line.split()[1] for line in text.splitlines() if line.startswith("#include")}
+    assert includes == {'"larics.h"', "<string.h>", "<stdint.h>", "<stddef.h>"}  # stddef: macros only
+    target = tmp_path / "larics.o"
+    subprocess.run(["gcc", *STRICT, "-O2", "-c", str(LIBRARY / "larics.c"), "-o", str(target)], check=True)
+    if shutil.which("nm"):
+        needed = subprocess.run(["nm", "-u", str(target)], capture_output=True, text=True).stdout.split()
+        assert set(needed) <= {"U", "memcpy", "memset", "__stack_chk_fail", "_GLOBAL_OFFSET_TABLE_"}
+
+
+def test_it_is_also_cplusplus(tmp_path):
+    source = tmp_path / "main.cpp"
+    main = "int main() { larics_decoder decoder; larics_decoder_init(&decoder); return 0; }"
+    source.write_text('#include "larics.h"\n' + main + "\n")
+    target = tmp_path / "larics.o"
+    subprocess.run(["gcc", *STRICT, "-c", str(LIBRARY / "larics.c"), "-o", str(target)], check=True)
+    if not shutil.which("g++"):
+        pytest.skip("no g++")
+    command = ["g++", "-Wall", "-Wextra", "-Werror", "-I", str(LIBRARY), str(source), str(target)]
+    subprocess.run([*command, "-o", str(tmp_path / "main")], check=True)
+    run(tmp_path / "main")

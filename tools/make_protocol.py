@@ -1,0 +1,206 @@
+"""Writes what is derived from the wire's definition: the C library's tables and the tables of docs/wire.md.
+
+    python tools/make_protocol.py [--check]
+
+Each target has a part between "generated: begin" and "generated: end" that is replaced. With --check
+nothing is written and the exit code is 1 when something is stale.
+"""
+
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "shared"))
+
+from larics import codes, messages, protocol, setting_fields  # noqa: E402
+
+HEADER = ROOT / "firmware" / "vehicle" / "src" / "larics.h"
+SOURCE = ROOT / "firmware" / "vehicle" / "src" / "larics.c"
+DOCUMENT = ROOT / "docs" / "wire.md"
+
+C_TYPES = {"B": "uint8_t", "H": "uint16_t", "I": "uint32_t", "i": "int32_t"}
+KINDS = {"B": "U8", "H": "U16", "I": "U30", "i": "I30"}
+NATURAL = {
+    "B": (0, 255),
+    "H": (0, 65535),
+    "I": (0, messages.COUNT_MAX),
+    "i": (-messages.COUNT_MAX, messages.COUNT_MAX),
+}
+
+
+def members(fields):
+    """The fields as C members (declaration, name, code, meaning); value0..value7 become one array."""
+    found = []
+    for name, code, unit, low, high, meaning in fields:
+        if re.fullmatch(r"value[1-9]", name):
+            continue
+        comment = meaning
+        if unit:
+            comment += ", " + unit
+        if code[-1] == "s":
+            declaration = "uint8_t %s[%s]" % (name, code[:-1])
+        elif name == "value0":
+            declaration = "%s value[LARICS_SETTING_VALUES]" % C_TYPES[code]
+        else:
+            declaration = "%s %s" % (C_TYPES[code], name)
+            if (low, high) != NATURAL[code]:
+                comment += "; %d..%d" % (low, high)
+        found.append((declaration, comment))
+    return found
+
+
+def c_header():
+    marker_frame = protocol.frame_size(messages.MARKER)
+    lines = [
+        "#define LARICS_VERSION %d" % messages.VERSION,
+        "#define LARICS_COUNT_MAX 0x%Xu /* counters wrap to 0 after it */" % messages.COUNT_MAX,
+        "#define LARICS_FIRST_COMMAND %d" % messages.FIRST_COMMAND,
+        "#define LARICS_SETTING_VALUES %d" % messages.SETTING_VALUES,
+        "#define LARICS_RAW_CHUNK_BYTES %d" % messages.RAW_CHUNK_BYTES,
+        "#define LARICS_MARKER_FRAME %d /* bytes of a MARKER on the line */" % marker_frame,
+        "",
+        "/* larics_message.type */",
+    ]
+    lines += ["#define LARICS_%s %d" % (name, number) for name, number, _, _ in messages.MESSAGES]
+    for title, entries in codes.ENUMS:
+        lines += ["", "/* %s */" % title]
+        lines += ["#define LARICS_%s %d /* %s */" % entry for entry in entries]
+    lines += ["", "/* keys of the settings */"]
+    lines += ["#define LARICS_KEY_%s %d" % (field.name.upper(), field.key) for field in setting_fields.FIELDS]
+    for name, _, meaning, fields in messages.MESSAGES:
+        lines += ["", "/* %s */" % meaning, "typedef struct {"]
+        lines += ["    %s; /* %s */" % member for member in members(fields)]
+        lines += ["} larics_%s;" % name.lower()]
+    lines += ["", "typedef struct {", "    uint8_t type;", "    uint16_t sequence;", "    union {"]
+    lines += ["        larics_%s %s;" % (name.lower(), name.lower()) for name, _, _, _ in messages.MESSAGES]
+    lines += ["    } as;", "} larics_message;"]
+    return "\n".join(lines)
+
+
+def c_tables():
+    fields_rows, layouts, ranges = [], [], []
+    for name, _, _, fields in messages.MESSAGES:
+        size = protocol.frame_size(messages.__dict__[name]) - 10
+        layouts.append("    {LARICS_%s, %d, %d, %d}," % (name, len(fields_rows), len(fields), size))
+        for field, code, _, low, high, _ in fields:
+            kind = KINDS.get(code) or code[:-1]
+            member = re.sub(r"^value(\d)$", r"value[\1]", field)
+            if code[-1] != "s" and (low, high) != NATURAL[code]:
+                ranges.append("    {%d, %d, %d}, /* %s.%s */" % (len(fields_rows), low, high, name, field))
+            fields_rows.append("    {%s, offsetof(larics_%s, %s)}," % (kind, name.lower(), member))
+    if len(fields_rows) > 255:
+        raise SystemExit("more than 255 fields: `first` and `range.field` need 16 bits")
+    lines = ["static const field fields[] = {", *fields_rows, "};", ""]
+    lines += ["static const layout layouts[] = {", *layouts, "};", ""]
+    lines += ["static const range ranges[] = {", *ranges, "};"]
+    return "\n".join(lines)
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    lines += ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in row) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def fields_table(fields):
+    rows = []
+    for name, code, unit, low, high, meaning in fields:
+        if re.fullmatch(r"value[1-9]", name):
+            continue
+        bytes_each = {"B": 1, "H": 2, "I": 4, "i": 4}.get(code) or int(code[:-1])
+        kind = {"B": "u8", "H": "u16", "I": "u32", "i": "i32"}.get(code) or "bytes"
+        allowed = "%d..%d" % (low, high)
+        if name == "value0":
+            name, bytes_each = "value0 ... value7", 8 * bytes_each
+            kind += " x 8"
+        rows.append((name, kind, bytes_each, unit, allowed, meaning))
+    return table(("field", "type", "bytes", "unit", "range", "meaning"), rows)
+
+
+def overview():
+    rows = []
+    for name, number, meaning, _ in messages.MESSAGES:
+        way = "vehicle -> camera" if number >= messages.FIRST_COMMAND else "camera -> vehicle"
+        rows.append((number, name, way, protocol.frame_size(number), meaning))
+    return table(("type", "name", "direction", "bytes on the line", "meaning"), rows)
+
+
+def rates():
+    """Share of the line at 60 frames/s, ten bits a byte."""
+    size = protocol.frame_size
+    marker, pose, status = size(messages.MARKER), size(messages.POSE), size(messages.STATUS)
+    cases = (
+        ("MARKER", marker * 60),
+        ("MARKER, POSE, STATUS", (marker + pose) * 60 + status),
+        ("three MARKERs, POSE, STATUS", (3 * marker + pose) * 60 + status),
+        ("MARKER, POSE, STATUS, rate_divider 3", (marker + pose) * 20 + status),
+    )
+    rows = []
+    for title, bytes_a_second in cases:
+        shares = ["%.1f %%" % (bytes_a_second * 10 / baud * 100) for baud in (115200, 921600)]
+        rows.append((title, bytes_a_second, *shares))
+    return table(("at 60 frames/s", "bytes/s", "of 115200 baud", "of 921600 baud"), rows)
+
+
+def settings_table():
+    rows = []
+    for field in setting_fields.FIELDS:
+        default = field.default
+        if field.kind == "bool":
+            default = "true" if default else "false"
+        elif field.kind in ("list", "table"):
+            default = "empty"
+        rows.append((field.key, field.name, default, field.range_text(), field.unit, field.meaning))
+    return table(("key", "name", "default", "allowed", "unit", "meaning"), rows)
+
+
+def document_parts():
+    parts = {"overview": overview(), "rates": rates(), "settings": settings_table()}
+    blocks = []
+    for name, number, meaning, fields in messages.MESSAGES:
+        blocks.append("### %s (%d): %s\n\n%s" % (name, number, meaning, fields_table(fields)))
+    parts["messages"] = "\n\n".join(blocks)
+    blocks = []
+    for title, entries in codes.ENUMS:
+        rows = [(number, name, meaning) for name, number, meaning in entries]
+        blocks.append("### %s\n\n%s" % (title, table(("value", "name", "meaning"), rows)))
+    parts["codes"] = "\n\n".join(blocks)
+    return parts
+
+
+def replaced(text, content, begin, end):
+    """`text` with what stands between the marks `begin` and `end` replaced by `content`."""
+    head, mark, rest = text.partition(begin)
+    old, end_mark, tail = rest.partition(end)
+    if not mark or not end_mark:
+        raise SystemExit("the marks %r and %r are missing" % (begin, end))
+    return head + begin + "\n" + content + "\n" + end + tail
+
+
+def targets():
+    """(path, new text) of every file that has a generated part."""
+    begin, end = "/* generated: begin (tools/make_protocol.py) */", "/* generated: end */"
+    yield HEADER, replaced(HEADER.read_text(), c_header(), begin, end)
+    yield SOURCE, replaced(SOURCE.read_text(), c_tables(), begin, end)
+    text = DOCUMENT.read_text()
+    for name, content in document_parts().items():
+        begin, end = "<!-- generated: begin %s -->" % name, "<!-- generated: end %s -->" % name
+        text = replaced(text, "\n" + content + "\n", begin, end)
+    yield DOCUMENT, text
+
+
+def main(arguments):
+    stale = [path for path, text in targets() if path.read_text() != text]
+    if "--check" in arguments:
+        for path in stale:
+            print("stale: %s (run: python tools/make_protocol.py)" % path.relative_to(ROOT))
+        return 1 if stale else 0
+    for path, text in list(targets()):
+        path.write_text(text)
+    print("%d file(s) changed" % len(stale))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

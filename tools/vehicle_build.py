@@ -1,0 +1,190 @@
+"""Builds C programs with the vehicle library: for the tests, for tools/fuzz_wire.py, and to report its size.
+
+    python tools/vehicle_build.py     the library's code size for Cortex-M, when arm-none-eabi-gcc is there
+"""
+
+import pathlib
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "shared"))
+
+from larics import protocol  # noqa: E402
+
+LIBRARY = ROOT / "firmware" / "vehicle" / "src"
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+CORES = ("cortex-m0", "cortex-m4", "cortex-m7", "cortex-m55")
+MOST_CODE = 4096
+
+
+def build(sources, program, *flags, compiler="gcc"):
+    """Compiles sources and the library to `program`; subprocess.CalledProcessError when that fails."""
+    command = [compiler, *STRICT, *flags, "-I", str(LIBRARY), *map(str, sources), str(LIBRARY / "larics.c")]
+    subprocess.run([*command, "-o", str(program)], check=True)
+    return program
+
+
+def sizes(folder):
+    """{core: bytes of code and constants}, or {} without the cross compiler."""
+    if not shutil.which("arm-none-eabi-gcc"):
+        return {}
+    found = {}
+    for core in CORES:
+        target = pathlib.Path(folder) / (core + ".o")
+        flags = [*STRICT, "-Os", "-mthumb", "-mcpu=" + core, "-c", str(LIBRARY / "larics.c")]
+        subprocess.run(["arm-none-eabi-gcc", *flags, "-o", str(target)], check=True)
+        output = subprocess.run(
+            ["arm-none-eabi-size", str(target)], check=True, capture_output=True, text=True
+        ).stdout
+        text, data, _ = output.splitlines()[1].split()[:3]
+        found[core] = int(text) + int(data)
+    return found
+
+
+def random_values(generator, number):
+    """Field values of a message, often at the limits."""
+    values = []
+    for _, code, _, low, high, _ in protocol.fields(number):
+        if code[-1] == "s":
+            values.append(generator.randbytes(int(code[:-1])))
+        else:
+            values.append(generator.choice((low, high, generator.randint(low, high))))
+    return values
+
+
+def corpus(count, seed=1):
+    """(bytes, [(type, sequence, values)]) of so many random messages of every type."""
+    generator = random.Random(seed)
+    encoder = protocol.Encoder()
+    types = [message[1] for message in protocol.MESSAGES]
+    data = bytearray()
+    sent = []
+    for _ in range(count):
+        number = generator.choice(types)
+        values = random_values(generator, number)
+        sent.append((number, encoder.sequence, values))
+        size = encoder.encode(number, values)
+        data += encoder.buffer[:size]
+    return bytes(data), sent
+
+
+def exchange_source():
+    """A C program that prints what it decodes from stdin (`decode`), field by field and by name, and
+    encodes what such lines say (`encode`): "type sequence field field ...", bytes as hexadecimal."""
+    show, read = [], []
+    for name, _, _, fields in protocol.MESSAGES:
+        place = "m->as.%s." % name.lower()
+        show.append("    case LARICS_%s:" % name)
+        read.append("    case LARICS_%s:" % name)
+        for field, code, _, _, _, _ in fields:
+            member = place + re.sub(r"^value(\d)$", r"value[\1]", field)
+            if code[-1] == "s":
+                show.append("        show_bytes(%s, sizeof %s);" % (member, member))
+                read.append("        read_bytes(%s, sizeof %s);" % (member, member))
+            else:
+                kind = {"B": "uint8_t", "H": "uint16_t", "I": "uint32_t", "i": "int32_t"}[code]
+                show.append('        printf(" %%lld", (long long)%s);' % member)
+                read.append("        %s = (%s)read_number();" % (member, kind))
+        show.append("        break;")
+        read.append("        break;")
+    return EXCHANGE % ("\n".join(show), "\n".join(read))
+
+
+EXCHANGE = r"""
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "larics.h"
+
+static void show_bytes(const uint8_t *data, size_t count)
+{
+    printf(" ");
+    while (count--) printf("%%02x", *data++);
+}
+
+static long long read_number(void)
+{
+    long long value = 0;
+    if (scanf("%%lld", &value) != 1) exit(3);
+    return value;
+}
+
+static void read_bytes(uint8_t *data, size_t count)
+{
+    unsigned value;
+    while (count--) {
+        if (scanf("%%2x", &value) != 1) exit(3);
+        *data++ = (uint8_t)value;
+    }
+}
+
+static void show(const larics_message *m)
+{
+    printf("%%d %%d", m->type, m->sequence);
+    switch (m->type) {
+%s
+    }
+    printf("\n");
+}
+
+static void read(larics_message *m)
+{
+    switch (m->type) {
+%s
+    }
+}
+
+int main(int argc, char **argv)
+{
+    static larics_decoder d;
+    larics_message m;
+    int byte, type;
+    if (argc > 1 && !strcmp(argv[1], "decode")) {
+        larics_decoder_init(&d);
+        while ((byte = getchar()) != EOF)
+            if (larics_decode(&d, (uint8_t)byte)) show(&d.message);
+        fprintf(stderr, "messages=%%lu crc=%%lu cobs=%%lu length=%%lu version=%%lu unknown=%%lu "
+                "over_long=%%lu empty=%%lu out_of_range=%%lu gaps=%%lu repeats=%%lu\n",
+                (unsigned long)d.counters.messages, (unsigned long)d.counters.crc,
+                (unsigned long)d.counters.cobs, (unsigned long)d.counters.length,
+                (unsigned long)d.counters.version, (unsigned long)d.counters.unknown,
+                (unsigned long)d.counters.over_long, (unsigned long)d.counters.empty,
+                (unsigned long)d.counters.out_of_range, (unsigned long)d.counters.gaps,
+                (unsigned long)d.counters.repeats);
+        return 0;
+    }
+    while (scanf("%%d", &type) == 1) {
+        uint8_t frame[LARICS_MAX_FRAME];
+        size_t size;
+        memset(&m, 0, sizeof m);
+        m.type = (uint8_t)type;
+        m.sequence = (uint16_t)read_number();
+        read(&m);
+        size = larics_encode(&m, m.sequence, frame);
+        if (!size) fprintf(stderr, "refused %%d\n", m.sequence);
+        fwrite(frame, 1, size, stdout);
+    }
+    return 0;
+}
+"""
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        found = sizes(folder)
+    if not found:
+        print("arm-none-eabi-gcc is not installed: code size not measured")
+        return 0
+    for core, size in found.items():
+        print("%-11s %d bytes of %d" % (core, size, MOST_CODE))
+    return 1 if max(found.values()) > MOST_CODE else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
