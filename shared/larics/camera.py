@@ -241,7 +241,7 @@ class Camera:
             scale += change
             if -2 < change < 2:
                 break
-        else:
+        if not -5 < change < 5:  # a few units of rounding may remain
             return 0
         stretch = lens + 2 * first + 4 * second  # derivative of the distorted radius by the undistorted
         if not _ONE >> 3 < stretch < 3 * _ONE:

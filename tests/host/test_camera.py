@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from larics.camera import Camera, Measurement
 from larics.detection import Detection
 from tests.host.camera_model import FloatCamera, angle_difference, rotation
+from tests.host.small_int import Small
 
 FOCAL_30_DEG = 180 / math.tan(math.radians(15))  # 360 px wide, 30 degrees: the published camera
 
@@ -235,30 +236,6 @@ def test_a_mirrored_sensor_reads_the_coding_lines_in_the_opposite_order():
 
 
 # ------------------------------------------------------------------ small integers
-
-
-class Small(int):
-    """An int that refuses to leave the small integers of a 32-bit board."""
-
-
-def _small(name):
-    plain = getattr(int, name)
-
-    def operate(self, *others):
-        value = plain(self, *others)
-        if value is NotImplemented:
-            return value
-        assert -(1 << 30) <= value < 1 << 30, (name, int(self), others)
-        return Small(value)
-
-    setattr(Small, name, operate)
-
-
-for _name in ["add", "sub", "mul", "floordiv", "mod", "and", "or", "xor", "rshift", "lshift"]:
-    _small("__%s__" % _name)
-    _small("__r%s__" % _name)
-for _name in ("__neg__", "__abs__"):
-    _small(_name)
 
 
 @settings(max_examples=300, deadline=None)
