@@ -40,29 +40,71 @@ def _make(method, low, high, width, height):
     return Detector(width, height, radius_min_px=low, radius_max_px=high)
 
 
-def _counted(function, total):
-    """The function, that adds its ticks and calls to total = [ticks, calls]."""
+def _counted(function, total, count):
+    """The function of `count` arguments, that adds its ticks and calls to total = [ticks, calls].
 
-    def call(*values):
-        start = time.ticks_us()
-        result = function(*values)
-        total[0] += time.ticks_diff(time.ticks_us(), start)
-        total[1] += 1
-        return result
+    Made for its number of arguments, because a starred call would allocate, which costs more than a kernel.
+    """
+    names = ", ".join(["a%d" % i for i in range(count)])
+    scope = {"function": function, "total": total, "now": time.ticks_us, "difference": time.ticks_diff}
+    exec(
+        "def call(%s):\n"
+        "    start = now()\n"
+        "    result = function(%s)\n"
+        "    total[0] += difference(now(), start)\n"
+        "    total[1] += 1\n"
+        "    return result\n" % (names, names),
+        scope,
+    )
+    return scope["call"]
 
-    return call
 
-
-def _count_kernels(totals):
-    """Counts in every function of the kernel modules that are loaded; totals: {name: [ticks, calls]}."""
+def _kernels():
+    """(module, function name) of all kernels that are loaded."""
+    found = []
     for path, module in list(sys.modules.items()):
-        if not path.startswith("larics.kernels."):
-            continue
-        for name in dir(module):
-            function = getattr(module, name)
-            if callable(function) and name not in ("const", "table16", "frame_view"):
-                total = totals.setdefault(path.split(".")[-1] + "." + name, [0, 0])
-                setattr(module, name, _counted(function, total))
+        if path.startswith("larics.kernels."):
+            for name in dir(module):
+                if callable(getattr(module, name)) and name not in ("const", "table16", "frame_view"):
+                    found.append((module, name))
+    return found
+
+
+def _count_kernels(detect, names, frame):
+    """{kernel: [ticks, calls]} of `detect` over the frames, what counting costs taken off."""
+    arguments = {}
+
+    def noted(key, function):
+        def call(*values):
+            arguments[key] = len(values)
+            return function(*values)
+
+        return call
+
+    kernels = [(module, name, getattr(module, name)) for module, name in _kernels()]
+    for module, name, function in kernels:
+        setattr(module, name, noted((module.__name__, name), function))
+    for file in names:
+        _read(file, frame)
+        detect(frame)
+    totals = {}
+    for module, name, function in kernels:
+        count = arguments.get((module.__name__, name))
+        if count is not None:
+            total = totals.setdefault(module.__name__.split(".")[-1] + "." + name, [0, 0])
+            function = _counted(function, total, count)
+        setattr(module, name, function)
+    for file in names:
+        _read(file, frame)
+        gc.collect()
+        detect(frame)
+    empty = [0, 0]
+    nothing = _counted(lambda a, b, c, d, e, f: None, empty, 6)
+    for _ in range(1000):
+        nothing(0, 1, 2, 3, 4, 5)
+    for total in totals.values():
+        total[0] = max(0, total[0] - total[1] * empty[0] // empty[1])
+    return totals
 
 
 def _read(name, frame):
@@ -83,18 +125,8 @@ def main(method, low, high, width, height, names):
             detector.detect(frame)  # what happens once is not the cost of a frame
         ticks, found = _ticks(detector.detect, frame)
         print("frame", ticks, len(found), found[0].marker_id if found else "-")
-    totals = {}
-    _count_kernels(totals)
-    for name in names:
-        _read(name, frame)
-        detector.detect(frame)
-    empty = [0, 0]  # what counting itself costs
-    nothing = _counted(lambda *values: None, empty)
-    for _ in range(200):
-        nothing(0, 1, 2, 3, 4, 5, 6, 7, 8, 9)
-    for name, (ticks, calls) in totals.items():
-        if calls:
-            print("kernel", max(0, ticks - calls * empty[0] // empty[1]), calls, name)
+    for name, (ticks, calls) in _count_kernels(detector.detect, names, frame).items():
+        print("kernel", ticks, calls, name)
 
 
 main(sys.argv[1], *[int(word) for word in sys.argv[2:6]], sys.argv[6:])
