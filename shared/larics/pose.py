@@ -179,6 +179,7 @@ class Localizer:
         used = self._compare(measurements, min(count, MAX_MARKERS), passed_us // 100)
         if used == 0 and count:
             used = self._relocate(measurements, min(count, MAX_MARKERS), time_us)
+            passed_us = (time_us - self._fix_us) & COUNT_MAX
         if used:
             self._fix(used, time_us, passed_us)
         elif self.state == COASTING:
@@ -254,6 +255,7 @@ class Localizer:
         """Collects the measurements that fit the prediction; returns how many."""
         if self.state == LOST:
             return 0
+        unknown_mm_s = self.speed_mm_s if self._known < 2 else 0
         used = 0
         for k in range(count):
             measurement = measurements[k]
@@ -262,7 +264,7 @@ class Localizer:
                 continue
             while entry >= 0:
                 self._place(measurement, entry, 4 * used)
-                if self._is_near(4 * used, self._guess, time_h, 0):
+                if self._is_near(4 * used, self._guess, time_h, unknown_mm_s):
                     used += 1
                     break
                 entry = self.map.find(measurement.marker_id, entry + 1)
@@ -292,6 +294,9 @@ class Localizer:
             near = self._agreed and self._is_near(at, there, time_h, self.speed_mm_s)
             if found == 0:
                 self._agreed = self._agreed + 1 if near else 1
+                before_x, before_y = there[0], there[1]
+                before_heading = there[2]
+                moving = near
                 there[0], there[1] = seen[0], seen[1]
                 there[2] = seen[2]
                 found = 1
@@ -300,6 +305,7 @@ class Localizer:
                 found += 1
         if found == 0:
             return 0
+        before_us = self._there_us
         self._there_us = time_us
         if self._agreed < (_AGREE_LOST if lost else _AGREE_MOVED):
             return 0
@@ -308,6 +314,12 @@ class Localizer:
             self.moves = (self.moves + 1) & COUNT_MAX
         self._known = 0
         self._forward = self._left = self._turn = 0
+        if moving:  # the frame before agreed, so it tells the speed
+            history = self._history
+            history[4], history[5] = before_x, before_y
+            history[6] = before_heading
+            self._fix_us = before_us
+            self._known = 1
         return found
 
     def _choose(self, measurement, entry, at, time_h):
@@ -383,4 +395,6 @@ class Localizer:
         self.sigma_mm10 = max(noise[0].sigma(_FLOOR_MM10), noise[1].sigma(_FLOOR_MM10)) + _grown(
             _COAST_ACCELERATION_MM10_S2, time_h, 60000
         )
+        if self._known < 2:
+            self.sigma_mm10 = min(60000, self.sigma_mm10 + self.speed_mm_s * min(time_h, 10000) // 1000)
         self.sigma_cdeg = noise[2].sigma(_FLOOR_CDEG) + _grown(_COAST_TURN_CDEG_S2, time_h, 18000)
