@@ -40,8 +40,10 @@ class LineReader:
     slope_q10, deviation_q10   of its centroids against its radius (radians * 1024), and from it (1/1024 px)
     gap_q8             share of the line that is interrupted * 256
     second_q8          depth of the second darkest direction, 256 = as deep as the line
-    near_q8, far_q8    arrays of 8: area of the inner and outer half of each position, 256 = as the rings'
-    depth, level       arrays of 8: depth of the middle pixel and brightness beside it, log units
+    near_q8, far_q8    arrays of 8: area of the inner and outer half of each position, below the darker of
+                       both sides, 256 = as the rings'
+    near_mean_q8, far_mean_q8   arrays of 8: the same below the mean of both sides; may be negative
+    level              array of 8: brightness beside the position, log units
     """
 
     def __init__(self, width, height, family, line_mm10):
@@ -63,10 +65,11 @@ class LineReader:
         self._depths = array("H", bytes(512))
         self._picks = array("i", bytes(8 * _HYPOTHESES))
         self._result = array("i", bytes(48))
-        self._code = array("i", bytes(16 * POSITIONS))
+        self._code = array("i", bytes(20 * POSITIONS))
+        self.near_mean_q8 = array("i", bytes(4 * POSITIONS))
+        self.far_mean_q8 = array("i", bytes(4 * POSITIONS))
         self.near_q8 = array("i", bytes(4 * POSITIONS))
         self.far_q8 = array("i", bytes(4 * POSITIONS))
-        self.depth = array("i", bytes(4 * POSITIONS))
         self.level = array("i", bytes(4 * POSITIONS))
         self.code_inside = 1
         self.angle_turn16 = self.rivals = self.line_q8 = self.slope_q10 = self.deviation_q10 = 0
@@ -74,7 +77,7 @@ class LineReader:
 
     def memory(self):
         """Bytes of the buffers."""
-        return 1024 + 8 * _HYPOTHESES + 48 + 32 * POSITIONS
+        return 1024 + 8 * _HYPOTHESES + 48 + 40 * POSITIONS
 
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
@@ -169,10 +172,11 @@ class LineReader:
         if not self.code_inside:
             return
         code = self._code
-        half_area = area * (_CODE_RADII // 2) + 1
+        unit = area * (_CODE_RADII // 2) * 4 + 1
         for position in range(POSITIONS):
-            slot = 4 * position
-            self.near_q8[position] = (code[slot] << 8) // half_area
-            self.far_q8[position] = (code[slot + 1] << 8) // half_area
-            self.depth[position] = (code[slot + 2] - 32768) // _CODE_RADII
-            self.level[position] = code[slot + 3]
+            slot = 5 * position
+            self.near_q8[position] = (code[slot] << 8) // unit
+            self.far_q8[position] = (code[slot + 1] << 8) // unit
+            self.near_mean_q8[position] = ((code[slot + 2] - 32768) << 8) // unit
+            self.far_mean_q8[position] = ((code[slot + 3] - 32768) << 8) // unit
+            self.level[position] = code[slot + 4]

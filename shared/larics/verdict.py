@@ -11,6 +11,7 @@ except ImportError:
     from larics._cpython import const
 
 from larics.detection import NO_ID
+from larics.kernels import rings as kernels
 
 ACCEPTED = const(0)
 ID_UNCERTAIN = const(1)
@@ -27,8 +28,13 @@ VERDICT_NAMES = (
     "two_orientations", "not_empty", "no_code",
 )  # fmt: skip
 
-_SECTORS = const(32)
 _BITS = (2, 4, 6)  # positions, most significant first
+_EMPTY = (0, 1, 3, 5, 7)
+_GUARD_MOST = const(70)  # areas, 256 = as the rings'
+_ONE_LEAST = const(150)
+_ZERO_MOST = const(66)
+_BESIDE = const(3)  # sectors on each side of a position whose ring must be intact to believe a 0,
+_WEAK_Q8 = const(128)  # that is have this share of the rings' mean area
 
 
 class Judge:
@@ -98,36 +104,35 @@ class Judge:
         return NO_ORIENTATION
 
     def code(self, lines, rings):
-        """The verdict on the eight inner positions."""
-        near = lines.near_q8
-        far = lines.far_q8
-        guard = 0
-        for position in range(8):
-            if position & 1 or position == 0:
-                value = (near[position] + far[position]) >> 1
-                if value > guard:
-                    guard = value
-        if not self._rule(90 - guard, 60):
-            return NOT_EMPTY
+        """The verdict on the eight inner positions: five must be empty, three carry the bits."""
+        if not lines.code_inside:
+            return ID_UNCERTAIN
+        for position in _EMPTY:
+            if not self._rule(_GUARD_MOST - ((lines.near_q8[position] + lines.far_q8[position]) >> 1), 50):
+                return NOT_EMPTY
         marker_id = 0
         certain = True
         for position in _BITS:
-            low = min(near[position], far[position])
-            high = max(near[position], far[position])
+            depth = (lines.near_mean_q8[position] + lines.far_mean_q8[position]) >> 1
             marker_id <<= 1
-            if low >= 110:
+            if depth >= _ONE_LEAST:
                 marker_id |= 1
-                if not self._rule(low - 110, 90):
-                    certain = False
-            elif not self._rule(70 - high, 50):
+                self._rule(depth - _ONE_LEAST, 80)
+            elif depth > _ZERO_MOST or self._erased(lines, rings, position):
                 certain = False
-        if not certain:
-            return ID_UNCERTAIN
-        if not self.allowed[marker_id]:
-            return NO_CODE if marker_id == 0 else ID_UNCERTAIN
-        self.marker_id = marker_id
-        return ACCEPTED
+            else:
+                self._rule(_ZERO_MOST - depth, 50)
+        if certain and self.allowed[marker_id]:
+            self.marker_id = marker_id
+            return ACCEPTED
+        if certain and marker_id == 0:
+            return NO_CODE
+        return ID_UNCERTAIN
 
-    def erasures(self, lines, rings):
-        """Whether the 0 bits can be believed: only where the rings beside them are intact."""
-        return ACCEPTED
+    def _erased(self, lines, rings, position):
+        """Whether a missing line may be hidden by glare, shadow or dirt: the inner ring beside it is, too."""
+        sector = (lines.angle_turn16 - position * 8192 >> 11) & 31
+        weak = kernels.weak_sectors(
+            rings.inner_means, 0, 0, sector + 32 - _BESIDE, 2 * _BESIDE + 1, rings.area * _WEAK_Q8 >> 8
+        )
+        return weak > 1

@@ -251,14 +251,15 @@ def code_positions(
     position, as far as `window` to both sides but at most opening/256 of the radius; all 1/256 px, the
     farthest sample within 32768 of the centre. The baseline is the darker of the two ends. cosine, sine: the
     first direction * 2**14; clip: log units.
-    result, for each position: area of the nearer half of the radii, of the farther half (log units * px,
-    summed over the radii), depth of the middle sample + 32768 (summed over the radii), mean of both ends.
+    result, for each position: area of the nearer half of the radii below the darker end, of the farther half,
+    both again below the mean of the ends + 32768 (log units * px, summed over the radii), mean of the ends.
     Returns 1, or 0 when a sample would lie outside the frame."""
     slot = 0
-    while slot < 32:
+    while slot < 40:
         near_area = 0
+        near_mean = 0
         area = 0
-        depth = 32768
+        mean = 0
         level = 0
         radius = first
         left = radii
@@ -280,8 +281,6 @@ def code_positions(
             if (y >> 8) + 1 >= height or (end >> 8) + 1 >= height:
                 return 0
             # the samples of the line, then the two ends, which make the baseline
-            dark = 0
-            middle = 0
             base = 0
             end = 0
             sum = 0
@@ -301,28 +300,29 @@ def code_positions(
                     end = value
                 else:
                     sum += value
-                    if i == 4:
-                        middle = value
                 x += dx
                 y += dy
                 i += 1
             level += base + end
+            mean += (((base + end) * 7 >> 1) - sum) * spacing
             if end < base:
                 base = end
-            dark = (base - clip) * 7 - sum
-            depth += base - middle
-            if dark > 0:
-                area += dark * spacing
+            sum = (base - clip) * 7 - sum
+            if sum > 0:
+                area += sum * spacing
             radius += pitch
             left -= 1
             if left + left == radii:
-                near_area = area >> 8
+                near_area = area
+                near_mean = mean
                 area = 0
-        result[slot] = near_area
-        result[slot + 1] = area >> 8
-        result[slot + 2] = depth
-        result[slot + 3] = level // (radii + radii)
-        slot += 4
+                mean = 0
+        result[slot] = near_area >> 6
+        result[slot + 1] = area >> 6
+        result[slot + 2] = (near_mean >> 6) + 32768
+        result[slot + 3] = (mean >> 6) + 32768
+        result[slot + 4] = level // (radii + radii)
+        slot += 5
         value = ((cosine + sine) * 11585) >> 14
         sine = ((sine - cosine) * 11585) >> 14
         cosine = value
