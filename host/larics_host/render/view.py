@@ -12,9 +12,9 @@ from larics_host.truth import Truth
 RIM = np.linspace(0, 2 * math.pi, 48, endpoint=False)
 CIRCLE = np.stack([np.cos(RIM), np.sin(RIM)], axis=1)
 # samples of a pixel: at least MIN, and this many per pixel of motion blur
-MIN_SAMPLES, SAMPLES_PER_PX, MAX_SAMPLES = 12, 4, 160
+MIN_SAMPLES, SAMPLES_PER_PX, MAX_SAMPLES = 24, 4, 160
 # the ramp of an edge, as a share of a pixel, that a sample stands for
-SAMPLE_RAMP = 0.5
+SAMPLE_RAMP = 0.7
 BOX_MARGIN_PX = 4
 
 
@@ -22,7 +22,8 @@ def render_view(scene, pose, motion, camera, sensor, rng, *, name="", time_us=0)
     """Take one picture.
 
     scene    Scene;  camera  Camera;  sensor  Sensor;  rng  numpy Generator of the noise
-    pose, motion   the vehicle at mid-exposure of the frame's middle row (`time_us`), and how it moves
+    pose, motion   the vehicle at mid-exposure of the frame's middle row, and how it moves
+    time_us  clock at mid-exposure of the frame's first row
     Returns the frame, (H, W) uint8, and a list of Truth: one for each marker whose outer ring is at least
     in part inside the frame, or a single one without an ID.
     """
@@ -44,7 +45,7 @@ def truth_of(scene, pose, motion, camera, name="", time_us=0):
         truths.append(
             Truth(
                 frame=name,
-                time_us=time_us,
+                time_us=time_us + int(round(camera.middle_row * camera.row_us)),
                 vehicle_x_mm=pose.x_mm,
                 vehicle_y_mm=pose.y_mm,
                 vehicle_heading_deg=pose.heading_deg % 360,
@@ -75,7 +76,7 @@ def _plate_truth(plate, ceiling_mm, pose, motion, camera):
     turned = math.radians(vehicle.heading_deg)
     east, north = center[0] - vehicle.x_mm, center[1] - vehicle.y_mm
     return Truth(
-        time_us=int(round(seconds[0] * 1e6)),
+        time_us=int(round(seconds[0] * 1e6 + camera.middle_row * camera.row_us)),
         id=plate.marker_id,
         x_px=float(pixels[0, 0]),
         y_px=float(pixels[0, 1]),
