@@ -98,3 +98,9 @@ def decode_still(data):
     if data.startswith((PNG_MAGIC, JPEG_MAGIC)):
         return _decode_compressed(data)
     raise UserError("not a PGM, PNG or JPEG image")
+
+
+def encode_pgm(frame):
+    """The bytes of a binary PGM file that holds a 2-D uint8 array."""
+    height, width = frame.shape
+    return b"P5\n%d %d\n255\n" % (width, height) + frame.tobytes()

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from larics_host.errors import UserError
 from larics_host.progress import watched
+from larics_host.stills import encode_pgm
 from larics_host.truth import TruthWriter
 
 NAME = "simulate"
@@ -122,9 +123,8 @@ def _folder(args):
 
 
 def _write_frame(path, frame):
-    height, width = frame.shape
     try:
-        path.write_bytes(b"P5\n%d %d\n255\n" % (width, height) + frame.tobytes())
+        path.write_bytes(encode_pgm(frame))
     except OSError as error:
         raise UserError("cannot write %s: %s" % (path, error.strerror)) from None
 
