@@ -139,7 +139,7 @@ def rank_centres(
 ) -> int:  # fmt: skip
     """The best centres among the windows, best first, as (score, x_q8, y_q8) triples in `centres`.
 
-    A score is 512 times the directions in 3x3 cells plus the sum of the single cells' own; of two centres
+    A score is 8 times the directions in 3x3 cells plus the sum of the single cells' own; of two centres
     less than 2.5 cells apart only the better stays. The position is the centroid of the squared counts; it
     may lie outside the frame by a cell: 128 px are added so that it never is negative. `centres`: 3 *
     capacity + 3 items; `padding`: cells around the frame's; step: px between cells. Returns the number of
@@ -172,7 +172,7 @@ def rank_centres(
                 i += row
                 line += 1
             value = int(ones[joined & 255]) + int(ones[(joined >> 8) & 255]) + int(ones[joined >> 16])
-            value = (value << 9) + total
+            value = (value << 3) + total
             if value > best:
                 best = value
                 best_x = x + (corner & 1)
