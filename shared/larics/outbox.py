@@ -57,13 +57,26 @@ class Outbox:
     sources      (answers, raw): objects with next() -> type number or 0, and `values`
     ticks_diff   difference of two clock readings in microseconds, as time.ticks_diff
     divider      send the measurements of every n-th frame
+    markers      most markers of one frame that are kept
+    uptime       an Uptime that poll advances, shared with encoders that tell the time
 
     Counters: frames (sent), drops (replaced before they began to be sent), overflows (messages beyond
     what fits for one frame). `worst_age_us` is the largest age sent; set it to 0 to begin anew.
     """
 
-    def __init__(self, sink, encoder, sources, baud, ticks_diff, measurements=None, divider=1, markers=8):
-        self.uptime = Uptime()
+    def __init__(
+        self,
+        sink,
+        encoder,
+        sources,
+        baud,
+        ticks_diff,
+        measurements=None,
+        divider=1,
+        markers=8,
+        uptime=None,
+    ):
+        self.uptime = uptime or Uptime()
         self.divider = divider
         self.frames = 0
         self.drops = 0
@@ -78,6 +91,7 @@ class Outbox:
         self._chunk_us = (frame_size(RAW_CHUNK) * self._byte_us_q4) >> 4
         self._chunks = 0
         self._room = sink.free()
+        self._largest = max(MAX_FRAME + 1, len(self._measurements.buffer))
         self._skipped = divider - 1
         self._waiting = _Group(markers + 1)
         self._sending = _Group(markers + 1)
@@ -135,7 +149,7 @@ class Outbox:
             self.uptime.advance(elapsed)
         self._now_us = now_us
         self._chunks = 0
-        while self._ahead_us() <= AHEAD_US and self._sink.free() > MAX_FRAME:
+        while self._ahead_us() <= AHEAD_US and self._sink.free() >= self._largest:
             if not self._send_one():
                 break
 

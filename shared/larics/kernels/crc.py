@@ -28,6 +28,21 @@ def crc32(data: ptr8, table: ptr16, first: int, end: int, result: ptr16):
 
 
 @micropython.viper
+def x25(data: ptr8, first: int, end: int, extra: int) -> int:
+    """CRC-16 as MAVLink has it: X.25 over data[first..end-1] and then the byte `extra`."""
+    crc = 0xFFFF
+    while first <= end:
+        n = extra
+        if first < end:
+            n = int(data[first])
+        n = (n ^ crc) & 255
+        n = (n ^ (n << 4)) & 255
+        crc = ((crc >> 8) ^ (n << 8) ^ (n << 3) ^ (n >> 4)) & 0xFFFF
+        first += 1
+    return crc
+
+
+@micropython.viper
 def cobs(frame: ptr8, end: int):
     """Makes frame[1..end-1], at most 253 bytes, the COBS block frame[0..end-1], and frame[end] = 0."""
     i = 1

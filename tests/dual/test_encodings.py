@@ -1,0 +1,137 @@
+"""NMEA-style text and MAVLink: what the bytes say, exact floats from integers, no allocation."""
+
+import struct
+
+from larics import messages as m
+from larics import protocol as p
+from larics.float32 import put_float32, put_nan32
+from larics.mavlink import MavlinkEncoder
+from larics.nmea import LONGEST, NmeaEncoder
+from larics.outbox import Uptime
+
+try:
+    from micropython import heap_lock, heap_unlock
+except ImportError:
+
+    def heap_lock():
+        pass
+
+    heap_unlock = heap_lock
+
+MARKER = [7, 16650, 4, 3, 0, 1, 1234, -56, 25000, 9005, 200, 7745]
+NONE = [8, 100, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0]
+POSE = [7, 16650, 2, 3, -10000005, 20, 35999, 15, 120, 65535, 36000]
+
+
+def limits(number, which):
+    return [field[which] for field in p.fields(number)]
+
+
+def text(encoder, number, values):
+    line = bytes(encoder.buffer[: encoder.encode(number, values)]).decode()
+    body, check = line[1:].split("*")
+    expected = 0
+    for character in body:
+        expected ^= ord(character)
+    assert line[0] == "$" and check == "%02X\r\n" % expected
+    return body
+
+
+def test_lines_of_text():
+    encoder = NmeaEncoder()
+    assert text(encoder, m.MARKER, MARKER) == "PLRCM,7,16.6,4,3,0,1,123.4,-5.6,2500.0,90.05,200,30.2"
+    assert text(encoder, m.MARKER, NONE) == "PLRCM,8,0.1,32,,0,0,,,,,,"
+    no_offset = MARKER[:2] + [64] + MARKER[3:]
+    assert text(encoder, m.MARKER, no_offset) == "PLRCM,7,16.6,64,3,0,1,,,,90.05,200,30.2"
+    assert text(encoder, m.POSE, POSE) == "PLRCP,7,16.6,T,3,-1000000.5,2.0,359.99,1.5,1.20,,"
+    full = POSE[:7] + [65535, 65535, 4, 5]
+    assert text(encoder, m.POSE, full) == "PLRCP,7,16.6,T,3,-1000000.5,2.0,359.99,,,4,0.05"
+    status = list(range(1, 25))
+    status[15] = 1
+    assert text(encoder, m.STATUS, status) == (
+        "PLRCS,1.2.3,5,6,7,8,9,10,11,12,13,14,15,C,17,0.18,19,0.20,21,22,23,24"
+    )
+    assert encoder.encode(m.ACK, [1, 2]) == 0
+
+
+def test_the_longest_lines_fit():
+    encoder = NmeaEncoder()
+    for number in (m.MARKER, m.POSE, m.STATUS):
+        for which in (3, 4):
+            values = limits(number, which)
+            if number == m.MARKER:
+                values[2] = values[3] = 0
+            if number == m.POSE:
+                values[9] = values[10] = 0
+            assert encoder.encode(number, values) <= LONGEST
+
+
+def as_float(numerator, denominator):
+    buffer = bytearray(4)
+    put_float32(buffer, 0, numerator, denominator)
+    return bytes(buffer)
+
+
+def test_floats_are_those_of_struct():
+    for denominator in (1, 7, 10000, 16384, 1000000, 1562500, 12500000, 16777215):
+        numbers = [0, 1, 2, 3, 5, 9999, 10001, 16777215, 16777217, 16777219, 33554433, (1 << 30) - 1]
+        state = 12345
+        for _ in range(60):
+            state = (state * 69069 + 1) % 4294967296
+            numbers.append(state >> 2 + state % 29)
+        for numerator in numbers:
+            for value in (numerator, -numerator):
+                if value == 0:
+                    expected = bytes(4)
+                else:
+                    expected = struct.pack("<f", value / denominator)
+                assert as_float(value, denominator) == expected, (value, denominator)
+    buffer = bytearray(4)
+    put_nan32(buffer, 0)
+    nan = struct.unpack("<f", buffer)[0]
+    assert nan != nan
+
+
+def test_mavlink_leaves_out_what_it_cannot_say():
+    encoder = MavlinkEncoder(Uptime())
+    for flag in (1, 2, 32, 64):
+        assert encoder.encode(m.MARKER, MARKER[:2] + [flag] + MARKER[3:]) == 0
+    for state in (m.LOST, m.COASTING):
+        assert encoder.encode(m.POSE, POSE[:2] + [state] + POSE[3:]) == 0
+    assert encoder.encode(m.ACK, [1, 2]) == 0
+    assert encoder.sequence == 0
+    size = encoder.encode(m.MARKER, MARKER)
+    assert size == 72 and encoder.buffer[0] == 0xFD and encoder.sequence == 1
+
+
+def test_nothing_is_allocated():
+    uptime = Uptime()
+    uptime.s = 100000000
+    status = [1] * 24
+    low = [limits(number, 3) for number in (m.MARKER, m.POSE)]
+    high = [limits(number, 4) for number in (m.MARKER, m.POSE)]
+    for values in (low[0], high[0]):
+        values[2] = 0
+    for values in (low[1], high[1]):
+        values[2] = m.TRACKING
+        values[7] = values[8] = 65534
+    pairs = (
+        (m.MARKER, low[0]),
+        (m.MARKER, high[0]),
+        (m.POSE, low[1]),
+        (m.POSE, high[1]),
+        (m.STATUS, status),
+        (m.MARKER, MARKER),
+        (m.POSE, POSE),
+    )
+    for encoder in (NmeaEncoder(), MavlinkEncoder(uptime)):
+        for number, values in pairs:
+            encoder.encode(number, values)
+        total = 0
+        heap_lock()
+        try:
+            for number, values in pairs:
+                total += encoder.encode(number, values)
+        finally:
+            heap_unlock()
+        assert total > 300

@@ -1,0 +1,147 @@
+"""The bytes that the real MicroPython writes as MAVLink are what pymavlink reads; also through the outbox."""
+
+import math
+import os
+import pathlib
+import shlex
+import subprocess
+
+import pytest
+
+from larics import messages as m
+from larics.protocol import Decoder
+
+mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+DEVICE = """
+import sys
+from larics import messages as m
+from larics.outbox import Outbox, Uptime
+from larics.mavlink import MavlinkEncoder
+from larics.nmea import NmeaEncoder
+from larics.protocol import Encoder
+
+class Sink:
+    def free(self):
+        return 1024
+    def send(self, buffer, count):
+        sys.stdout.buffer.write(bytes(buffer[:count]))
+
+class Answers:
+    values = [77, m.PING]
+    left = 1
+    def next(self):
+        self.left -= 1
+        return m.ACK if self.left == 0 else 0
+    def busy(self):
+        return False
+
+class Nothing:
+    def next(self):
+        return 0
+
+uptime = Uptime()
+measurements = NmeaEncoder() if "%s" == "nmea" else MavlinkEncoder(uptime, 5, 197)
+sources = (Answers(), Nothing())
+outbox = Outbox(Sink(), Encoder(), sources, 921600, lambda new, old: new - old, measurements, uptime=uptime)
+now = 0
+for frame in range(3):
+    outbox.begin()
+    outbox.add(m.MARKER, %s[frame])
+    outbox.add(m.POSE, %s[frame])
+    outbox.commit(now)
+    for _ in range(4):
+        outbox.poll(now)
+        now += 500000
+outbox.status(m.STATUS, [0, 1, 0] + [3] * 12 + [2] + [9] * 8)
+outbox.poll(now)
+"""
+
+MARKERS = [
+    [1, 20000, 4, 3, 0, 1, 1234, -567, 25000, 9005, 200, 7745],
+    [2, 20000, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0],
+    [3, 20000, 0, 254, 0, 1, -1000000, 1000000, -1, 35999, 0, 1],
+]
+POSES = [
+    [1, 20000, 2, 3, 123456, -789, 9000, 15, 120, 65535, 36000],
+    [2, 20000, 1, 3, 123456, -789, 9000, 15, 120, 65535, 36000],
+    [3, 20000, 2, 3, -1073741823, 1073741823, 27000, 65535, 65535, 1, 1],
+]
+
+
+def device(kind):
+    command = shlex.split(os.environ.get("MICROPYTHON", "")) or [str(ROOT / ".venv/bin/micropython")]
+    script = DEVICE % (kind, MARKERS, POSES)
+    environment = dict(os.environ, MICROPYPATH="shared:.frozen")
+    command = [*command, "-c", script]
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=60)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+def test_pymavlink_reads_it():
+    parser = mavlink.MAVLink(None)
+    parser.robust_parsing = True
+    everything = parser.parse_buffer(device("mavlink"))
+    found = [message for message in everything if message.get_type() != "BAD_DATA"]
+    assert [message.get_type() for message in found] == [
+        "LANDING_TARGET",
+        "VISION_POSITION_ESTIMATE",
+        "LANDING_TARGET",
+        "VISION_POSITION_ESTIMATE",
+        "HEARTBEAT",
+    ]
+    assert [message.get_seq() for message in found] == [0, 1, 2, 3, 4]
+    assert {(message.get_srcSystem(), message.get_srcComponent()) for message in found} == {(5, 197)}
+    target, pose, far, unsure, heartbeat = found
+
+    assert target.target_num == 3 and target.frame == mavlink.MAV_FRAME_BODY_FRD
+    assert target.type == mavlink.LANDING_TARGET_TYPE_VISION_FIDUCIAL and target.position_valid == 1
+    assert (target.x, target.y, target.z) == pytest.approx((0.1234, 0.0567, -2.5), rel=1e-7)
+    assert target.distance == pytest.approx(math.hypot(0.1234, 0.0567, 2.5), rel=1e-3)
+    assert target.angle_x == pytest.approx(math.atan2(0.1234, 2.5), abs=4e-4)
+    assert target.angle_y == pytest.approx(math.atan2(0.0567, 2.5), abs=4e-4)
+    half = math.radians(-90.05) / 2
+    sign = 1 if target.q[0] * math.cos(half) > 0 else -1  # q and -q are the same rotation
+    assert [sign * item for item in target.q] == pytest.approx(
+        [math.cos(half), 0, 0, math.sin(half)], abs=2e-4
+    )
+    assert target.time_usec == 0  # younger than the start: 20 ms before it
+    assert far.time_usec == 4000000 - 20000
+    assert (far.target_num, far.x, far.y) == (254, -100, -100) and far.z == pytest.approx(0.0001)
+    assert far.angle_x == pytest.approx(-math.pi / 2, abs=2e-4)
+
+    assert (pose.x, pose.y, pose.z) == pytest.approx((12.3456, 0.0789, 0), rel=1e-7)
+    assert (pose.roll, pose.pitch) == (0, 0) and pose.yaw == pytest.approx(-math.pi / 2, abs=1e-6)
+    variances = [pose.covariance[k] for k in (0, 6, 11, 15, 18, 20)]
+    expected = [0.0015**2, 0.0015**2, 100, 100, 100, math.radians(1.2) ** 2]
+    assert variances == pytest.approx(expected, rel=0.02)
+    assert sum(map(bool, pose.covariance)) == 6
+    assert (unsure.x, unsure.y) == pytest.approx((-107374.1823, -107374.1823), rel=1e-7)
+    assert math.isnan(unsure.covariance[0]) and unsure.yaw == pytest.approx(math.pi / 2, abs=1e-6)
+
+    assert heartbeat.type == mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+    assert heartbeat.autopilot == mavlink.MAV_AUTOPILOT_INVALID
+    assert heartbeat.system_status == mavlink.MAV_STATE_ACTIVE and heartbeat.mavlink_version == 3
+
+
+@pytest.mark.parametrize("kind", ["mavlink", "nmea"])
+def test_answers_to_commands_are_found_among_other_encodings(kind):
+    answers = []
+    decoder = Decoder(lambda number, sequence, values: answers.append((number, list(values))))
+    data = device(kind)
+    decoder.feed(data, len(data))
+    assert answers == [(m.ACK, [77, m.PING])]
+
+
+def test_lines_stay_whole_beside_answers():
+    lines = [line for line in device("nmea").split(b"\r\n") if b"$PLR" in line]
+    assert len(lines) == 7
+    for line in lines:
+        body, check = line[line.index(b"$") + 1 :].split(b"*")
+        expected = 0
+        for byte in body:
+            expected ^= byte
+        assert int(check, 16) == expected
