@@ -20,6 +20,9 @@ $(READY): requirements.txt pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
 	@touch $(READY)
 
+demo: $(READY)  ## a rendered drive through the firmware on MicroPython: table and picture
+	$(BIN)/python -m tools.demo $(DEMO)
+
 test: $(READY)  ## all tests: host, both interpreters, C parser
 	$(BIN)/ruff check .
 	$(BIN)/python -m pytest

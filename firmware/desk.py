@@ -1,10 +1,13 @@
 """Runs the program on a PC: recorded frames in, the wire on a terminal device out.
 
-    micropython firmware/desk.py --frames FOLDER --port /dev/pts/3 [--fps 60] [--rounds 1] [--set name=value]
+    micropython firmware/desk.py --frames FOLDER --port /dev/pts/3 [--fps 60] [--rounds 1]
+                                 [--settings FILE.json] [--set name=value]...
 
---fps 0 delivers the frames as fast as they are processed; --rounds 0 repeats them for ever.
+--fps 0 delivers the frames as fast as they are processed; --rounds 0 repeats them for ever. A --set counts
+more than the file.
 """
 
+import json
 import sys
 
 from app import App
@@ -33,7 +36,7 @@ def parse(arguments):
             if not value.isdigit():
                 _fail("--%s wants a whole number, not %s" % (name, value))
             options[name] = int(value)
-        elif name in ("frames", "port"):
+        elif name in ("frames", "port", "settings"):
             options[name] = value
         else:
             _fail("unknown option --" + name)
@@ -66,7 +69,12 @@ def main(arguments):
     options = parse(arguments)
     camera = Replay(options["frames"], fps=options["fps"], rounds=options["rounds"])
     try:
-        app = App(Settings(options["set"]), camera, UART(options["port"]), "desk")
+        values = {}
+        if "settings" in options:
+            with open(options["settings"]) as file:
+                values = json.load(file)
+        values.update(options["set"])
+        app = App(Settings(values), camera, UART(options["port"]), "desk")
     except (ValueError, OSError, CameraError) as error:
         _fail(str(error))
     app.run()

@@ -56,7 +56,7 @@ class Health:
         values[1] = VERSION[1]
         values[2] = VERSION[2]
         values[3] = self._boot
-        values[4] = outbox.uptime.s & m.COUNT_MAX
+        values[4] = (outbox.uptime.s + (outbox.uptime.us >= 500000)) & m.COUNT_MAX  # rounded: no 1, 1, 3
         values[5] = self.frames
         values[6] = self.missed
         values[7] = self.detections

@@ -77,15 +77,18 @@ class Link:
         return True
 
     def poll(self):
-        """Hands on what has arrived; returns False when the UART failed."""
+        """Hands on what has arrived, a piece at a time; returns False when the UART failed."""
+        budget = _CHUNK
         try:
-            waiting = self._uart.any()
-            if not waiting:
-                return True
-            count = self._uart.readinto(self._received, min(waiting, _CHUNK))
+            while budget > 0:
+                count = min(self._uart.any(), budget)
+                if count:
+                    count = self._uart.readinto(self._received, count)
+                if not count:
+                    return True
+                budget -= count
+                self._on_bytes(self._received, count)
         except OSError:
             self.failed = True
             return False
-        if count:
-            self._on_bytes(self._received, count)
         return True

@@ -1,18 +1,33 @@
 """Makes the parts of the program from the settings."""
 
 from larics.camera import Camera
+from larics.marker import LARICS3
 
 
 def make_detector(settings):
     """The detector that the settings ask for. ValueError when its ranges do not suit it, MemoryError."""
     radii = (settings.radius_min_px, settings.radius_max_px)
+    family = LARICS3.scaled(settings.outer_mm10, settings.line_mm10, settings.allow_id0)
     if settings.method == "paper":
         from larics.paper import PaperDetector
 
-        return PaperDetector(settings.width, settings.height, *radii)
+        return PaperDetector(settings.width, settings.height, *radii, family=family)
     from larics.detector import Detector
 
-    return Detector(settings.width, settings.height, radius_min_px=radii[0], radius_max_px=radii[1])
+    line_mm = settings.line_mm10 * 150 // settings.outer_mm10 if settings.line_mm10 else None
+    confirm = None
+    if settings.confirm_needed > 1:
+        confirm = (settings.confirm_needed, settings.confirm_frames)
+    return Detector(
+        settings.width,
+        settings.height,
+        radius_min_px=radii[0],
+        radius_max_px=radii[1],
+        line_mm=line_mm,
+        family=family,
+        allow_id0=settings.allow_id0,
+        confirm=confirm,
+    )
 
 
 def make_locator(settings):

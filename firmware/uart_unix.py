@@ -21,7 +21,7 @@ class UART:
         return 0
 
     def any(self):
-        return _CHUNK if self._events() & select.POLLIN else 0  # readinto() takes what there is
+        return 1 if self._events() & select.POLLIN else 0  # readinto() would wait for a second byte
 
     def readinto(self, buffer, count):
         return self._file.readinto(buffer, count)

@@ -101,12 +101,16 @@ class Replay:
         self.ended = False
         self._round = 0
         self._index = -1  # in the recording; frame_number goes on counting over the rounds
-        self._due_us = self.capture_us = self._clock.ticks_us()
+        self._begun = False  # the first frame is taken when it is first asked for
+        self.capture_us = self._due_us = 0
 
     def grab(self):
         if self.ended:
             return False
         now_us = self._clock.ticks_us()
+        if not self._begun:
+            self._begun = True
+            self._due_us = now_us
         steps = 1
         if self._period_us:
             late_us = self._clock.ticks_diff(now_us, self._due_us)
@@ -120,13 +124,19 @@ class Replay:
         return self._advance(steps)
 
     def _advance(self, steps):
+        count = self._source.count
         index = self._index + steps
-        while index >= self._source.count:
+        while index >= count:
+            if self._rounds and self._round == self._rounds - 1:
+                if self._index == count - 1:
+                    self.ended = True
+                    return False
+                steps -= index - count + 1  # late, but the last frame is the newest there is
+                index = count - 1
+                break
             self._round += 1
-            if self._rounds and self._round >= self._rounds:
-                self.ended = True
-                return False
-            index -= self._source.count
+            self._index -= count
+            index -= count
         self._index = index
         self.frame_number += steps
         self.skipped += steps - 1

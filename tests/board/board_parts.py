@@ -84,7 +84,7 @@ def plain(grey, width=160, height=120):
 
 
 def marker(marker_id, x, y, radius, width=160, height=120):
-    """A picture of a LARICS-3 marker whose orientation line points up: black on white, not smoothed."""
+    """A picture of a LARICS-3 marker whose orientation line points up."""
     picture = bytearray(plain(120, width, height))
     line = radius * 20 // 150 // 2 + 1
     for row in range(height):
@@ -103,7 +103,19 @@ def marker(marker_id, x, y, radius, width=160, height=120):
                 elif marker_id >> (3 - quarter) & 1:
                     ink = ink or radius * 25 // 150 <= r <= radius * 80 // 150
             picture[row * width + column] = 30 if ink else 220
-    return bytes(picture)
+    return smoothed(picture, width, height)
+
+
+def smoothed(picture, width, height):
+    """The mean of 3x3 pixels, since no lens draws steps."""
+    result = bytearray(picture)
+    for row in range(1, height - 1):
+        for place in range(row * width + 1, (row + 1) * width - 1):
+            total = 0
+            for line in (place - width, place, place + width):
+                total += picture[line - 1] + picture[line] + picture[line + 1]
+            result[place] = total // 9
+    return bytes(result)
 
 
 def make_app(frames, uart=None, settings=None, width=160, height=120, clock=time, **options):

@@ -4,6 +4,7 @@ import contextlib
 import os
 import subprocess
 
+from larics_host.link import SerialSource
 from larics_host.pty_pair import PtyPair
 from tests.host.test_dual import ROOT, interpreter
 
@@ -30,11 +31,14 @@ def start_firmware(frames, port, *options, heap=None):
 
 @contextlib.contextmanager
 def running_firmware(frames, *options, heap=None):
-    """(process, PtyPair); both are gone afterwards."""
+    """(process, PtyPair, SerialSource that was opened first and so misses nothing); all gone afterwards."""
     with PtyPair() as cable:
+        source = SerialSource(cable.device_b)
         process = start_firmware(frames, cable.device_a, *options, heap=heap)
         try:
-            yield process, cable
+            yield process, cable, source
         finally:
             process.kill()
-            process.communicate()
+            process.wait()
+            process.stdout.close()
+            source.close()

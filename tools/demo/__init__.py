@@ -1,0 +1,1 @@
+"""`make demo`: a rendered drive -> firmware on real MicroPython -> serial line -> table and picture."""
