@@ -14,7 +14,7 @@ except ImportError:
 
 from larics import verdict as verdicts
 from larics.decode import LineReader
-from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, Detection
+from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, FLAG_UNCONFIRMED, Detection
 from larics.edges import EdgeFinder
 from larics.fixed import cdeg_from_turn16, frame_view
 from larics.hough import CENTRES, WINDOWS, CellGrid, CentreVotes, direction_bits
@@ -25,6 +25,7 @@ MARKERS = const(8)  # reported in one frame at most
 RADIUS_LEAST_PX = const(6)
 RADIUS_MOST_PX = const(72)
 
+_TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
 _FAMILY_MM10 = const(1500)
@@ -155,11 +156,17 @@ class Detector:
         if allowed_ids is None:
             allowed_ids = range(8)
         self.judge = verdicts.Judge(inner_q10, [i for i in allowed_ids if i or allow_id0 or family.allow_id0])
-        self._confirm = confirm
+        self._confirm_least, frames = confirm or (0, 0)
+        if confirm and not 1 <= self._confirm_least <= frames <= 255:
+            raise ValueError("confirm is (n, m) with 1 <= n <= m <= 255, not %s" % (confirm,))
+        self._history = bytearray(frames)
+        self._history_next = 0
         detections = [Detection() for _ in range(MARKERS)]
         self._found = [detections[:count] for count in range(MARKERS + 1)]
         self._all = detections
         self._count = 0
+        self._seen = False
+        self._x_q8 = self._y_q8 = self._radius_q8 = self._motion_x_q8 = self._motion_y_q8 = 0
 
     def memory(self):
         """Bytes of all buffers and tables in RAM, the frame excepted."""
@@ -175,38 +182,110 @@ class Detector:
         Returns a list of Detection, best first, that is reused: copy what must outlive the next frame.
         ValueError when the frame has another size."""
         frame = self._begin(frame)
-        for scale in self._scales:
-            scale.edges.measure_threshold(frame)
-            self._search(frame, scale, 0, self.width, 0, self.height, 0)
+        self._search(frame)
+        return self._finish()
+
+    def track(self, frame, x_q8=None, y_q8=None, radius_q8=None):
+        """The marker near a predicted place (1/256 px), searched for in a window only.
+
+        Without a prediction, the first marker of the last frame is expected where its motion between the last
+        two frames takes it. When there is nothing in the window, or nothing to expect, the whole frame is
+        searched. Returns and raises as `detect`; markers found in the window have FLAG_TRACKED."""
+        frame = self._begin(frame)
+        if x_q8 is None and self._seen:
+            x_q8 = self._x_q8 + self._motion_x_q8
+            y_q8 = self._y_q8 + self._motion_y_q8
+            radius_q8 = self._radius_q8
+        if x_q8 is not None:
+            self._search_window(frame, x_q8, y_q8, radius_q8)
+        if not self._count:
+            self._search(frame)
         return self._finish()
 
     def _begin(self, frame):
+        frame = frame_view(frame)
         if len(frame) != self.width * self.height:
-            frame = frame_view(frame)
-            if len(frame) != self.width * self.height:
-                raise ValueError("a frame of %dx%d has %d bytes, not %d" % (
-                    self.width, self.height, self.width * self.height, len(frame)))
+            raise ValueError(
+                "a frame of %dx%d px has %d bytes, not %d"
+                % (self.width, self.height, self.width * self.height, len(frame))
+            )
         self._count = 0
         self.counts.clear()
-        return frame_view(frame)
+        self.rings.crossings = 0
+        return frame
 
     def _finish(self):
-        return self._found[self._count]
+        """Remembers what the next frames need and returns the detections."""
+        count = self._count
+        self.counts.crossings = self.rings.crossings
+        if count:
+            first = self._all[0]
+            if self._seen:
+                self._motion_x_q8 = first.x_q8 - self._x_q8
+                self._motion_y_q8 = first.y_q8 - self._y_q8
+            self._x_q8 = first.x_q8
+            self._y_q8 = first.y_q8
+            self._radius_q8 = first.radius_q8
+        if not count or not self._seen:
+            self._motion_x_q8 = self._motion_y_q8 = 0
+        self._seen = count > 0
+        if self._history:
+            self._confirm()
+        return self._found[count]
 
-    def _search(self, frame, scale, left, right, top, bottom, flags):
-        """Searches a rectangle (px, inside the frame) for one scale's markers."""
+    def _confirm(self):
+        """Flags the IDs that too few of the last frames agree on."""
+        ids = 0
+        for index in range(self._count):
+            if self._all[index].marker_id >= 0:
+                ids |= 1 << self._all[index].marker_id
+        self._history[self._history_next] = ids
+        self._history_next = (self._history_next + 1) % len(self._history)
+        for index in range(self._count):
+            found = self._all[index]
+            if found.marker_id >= 0:
+                agreeing = 0
+                for ids in self._history:
+                    agreeing += ids >> found.marker_id & 1
+                if agreeing < self._confirm_least:
+                    found.flags |= FLAG_UNCONFIRMED
+
+    def _search(self, frame):
+        """Searches the whole frame for markers of all scales."""
+        for scale in self._scales:
+            scale.edges.measure_threshold(frame)
+            edges = scale.edges.find(frame, 0, self.width, 0, self.height)
+            centres = scale.votes.find(self._edges, edges, self.width, 0, self.width, 0, self.height)
+            self._examine_all(frame, scale, edges, centres, 0)
+
+    def _search_window(self, frame, x_q8, y_q8, radius_q8):
+        """Searches for a marker of about that radius around a place."""
+        for scale in self._scales:
+            if radius_q8 <= scale.radius_max_q8:
+                break
+        slack = max(_TRACK_SLACK_PX, radius_q8 >> 9)
+        left = max(0, (x_q8 >> 8) - slack)
+        right = min(self.width, (x_q8 >> 8) + slack)
+        top = max(0, (y_q8 >> 8) - slack)
+        bottom = min(self.height, (y_q8 >> 8) + slack)
+        if left >= right or top >= bottom:
+            return
+        reach = (radius_q8 + (radius_q8 >> 3) >> 8) + 4
+        scale.edges.measure_threshold(frame)
+        edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
+        centres = scale.votes.find(self._edges, edges, self.width, left, right, top, bottom)
+        self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
+
+    def _examine_all(self, frame, scale, edges, centres, flags):
+        """Examines the candidate centres of one scale, best first, and reports the markers among them."""
         counts = self.counts
-        finder = scale.edges
-        edges = finder.find(frame, left, right, top, bottom)
-        votes = scale.votes
-        centres = votes.find(self._edges, edges, self.width, left, right, top, bottom)
-        counts.steep += finder.steep
+        counts.steep += scale.edges.steep
         counts.edges += edges
-        counts.votes += votes.votes
+        counts.votes += scale.votes.votes
         for index in range(centres):
             x_q8 = self._centres[3 * index + 1] - 32768
             y_q8 = self._centres[3 * index + 2] - 32768
-            if self._taken(x_q8, y_q8) or self._count == MARKERS:
+            if self._count == MARKERS or self._taken(x_q8, y_q8):
                 continue
             counts.candidates += 1
             verdict = self._examine(frame, scale, edges, x_q8, y_q8)
