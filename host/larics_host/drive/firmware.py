@@ -1,0 +1,145 @@
+"""The firmware as a process: frames go in by a named pipe, the wire comes out of a pseudo-terminal."""
+
+import json
+import os
+import select
+import shlex
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import tty
+from pathlib import Path
+
+from larics import messages as m
+from larics.protocol import Decoder
+from larics_host.errors import UserError
+
+ROOT = Path(__file__).resolve().parents[3]
+INTERPRETERS = ("micropython", "cpython")
+HEADER = struct.Struct("<4sHHII")  # as firmware/cameras/pipe.py reads it
+MAGIC = b"LPF1"
+
+
+def interpreter_command(name):
+    """The command line in front of firmware/live.py. Raises UserError when there is no such interpreter."""
+    if name == "cpython":
+        return [sys.executable]
+    for candidate in (os.environ.get("MICROPYTHON", ""), str(Path(sys.executable).with_name("micropython"))):
+        command = shlex.split(candidate)
+        if command and shutil.which(command[0]):
+            return command
+    raise UserError("no MicroPython interpreter: set MICROPYTHON=/path/to/micropython, or use --on cpython")
+
+
+class Firmware:
+    """firmware/live.py with these settings (dict); use as a context manager.
+
+    latency_us: what capture and detection are assumed to take on the board. start_s, answer_s: how long to
+    wait for the first answer (kernels may have to be compiled) and for any other.
+    """
+
+    def __init__(self, settings, interpreter="micropython", latency_us=15000, start_s=120.0, answer_s=20.0):
+        program = ROOT / "firmware" / "live.py"
+        if not program.exists():
+            raise UserError("the closed loop needs the firmware's sources beside the package: use a checkout")
+        self._folder = tempfile.TemporaryDirectory(prefix="larics-drive-")
+        folder = Path(self._folder.name)
+        pipe, config = folder / "frames", folder / "settings.json"
+        os.mkfifo(pipe)
+        config.write_text(json.dumps(settings))
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        command = interpreter_command(interpreter)
+        search = ("shared", "firmware", ".frozen")
+        environment = dict(os.environ, MICROPYPATH=":".join(search), PYTHONPATH=":".join(search[:2]))
+        self._process = subprocess.Popen(
+            [*command, str(program), str(pipe), os.ttyname(self._slave), str(config), str(latency_us)],
+            cwd=ROOT,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+        )
+        self._pipe = self._open_pipe(pipe)
+        self._decoder = Decoder(self._take)
+        self._messages = []
+        self._frame_reported = -1
+        self._patience_s, self._answer_s = start_s, answer_s
+        self.received_bytes = 0
+
+    def _open_pipe(self, path):
+        """Opens the pipe for writing as soon as the firmware reads it."""
+        until = time.monotonic() + 20
+        while time.monotonic() < until and self._process.poll() is None:
+            try:
+                descriptor = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+            except OSError:
+                time.sleep(0.01)
+                continue
+            os.set_blocking(descriptor, True)
+            return descriptor
+        raise UserError("the firmware did not start: " + self._last_words())
+
+    def _last_words(self):
+        self._process.kill()
+        text = self._process.stderr.read().decode("utf-8", "replace").strip()
+        return text.splitlines()[-1] if text else "no message"
+
+    def _take(self, number, sequence, values):
+        self._messages.append((number, sequence, list(values)))
+        if number == m.POSE:
+            self._frame_reported = values[0]
+
+    def exchange(self, frame, number, capture_us):
+        """Gives the firmware a frame; returns its messages as (type, sequence, values), its POSE the last of
+        that frame. Raises UserError when the firmware stopped or does not answer."""
+        height, width = frame.shape
+        data = HEADER.pack(MAGIC, width, height, number, capture_us & m.COUNT_MAX) + frame.tobytes()
+        try:
+            written = 0
+            while written < len(data):
+                written += os.write(self._pipe, data[written:])
+        except OSError:
+            raise UserError("the firmware stopped: " + self._last_words()) from None
+        until = time.monotonic() + self._patience_s
+        while self._frame_reported != number:
+            left = until - time.monotonic()
+            if left < 0:
+                raise UserError("the firmware does not answer: " + self._last_words())
+            if not select.select([self._master], [], [], min(left, 1.0))[0]:
+                if self._process.poll() is not None:
+                    raise UserError("the firmware stopped: " + self._last_words())
+                continue
+            piece = os.read(self._master, 4096)
+            self.received_bytes += len(piece)
+            self._decoder.feed(piece, len(piece))
+        self._patience_s = self._answer_s
+        messages, self._messages = self._messages, []
+        return messages
+
+    @property
+    def line_errors(self):
+        """Frames of the wire that arrived damaged."""
+        counters = self._decoder.counters
+        return counters.crc + counters.cobs + counters.length
+
+    def close(self):
+        os.close(self._pipe)
+        try:
+            self._process.wait(timeout=5)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._process.stderr.close()
+        os.close(self._master)
+        os.close(self._slave)
+        self._folder.cleanup()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
