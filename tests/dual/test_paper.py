@@ -1,9 +1,8 @@
 """The published method on frames drawn with integers: the same detections on both interpreters."""
 
 from larics.detection import FLAG_BORDER
-from larics.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg
-from larics.marker import CODE_ANGLES_CDEG, LARICS3
 from larics.paper import PaperDetector
+from marker_drawing import draw
 
 try:
     import micropython
@@ -17,54 +16,6 @@ except ImportError:
     heap_unlock = heap_lock
 
 SIZE = 112
-
-
-def near(value, centre, half):
-    return -half <= value - centre <= half
-
-
-def is_dark(u, v, marker_id, unit):
-    """Whether the point u along and v across the orientation line is black; `unit`: that many make 150 mm."""
-
-    def mm(length_mm10):
-        return length_mm10 * unit // LARICS3.outer_mm10
-
-    radius = isqrt(u * u + v * v)
-    half = mm(LARICS3.line_mm10) // 2
-    if near(radius, mm(LARICS3.outer_mm10), half) or near(radius, mm(LARICS3.inner_mm10), half):
-        return True
-    if mm(LARICS3.outer_mm10) <= u <= mm(LARICS3.orientation_end_mm10) and near(v, 0, half):
-        return True
-    start, end = mm(LARICS3.code_start_mm10), mm(LARICS3.code_end_mm10)
-    for bit, (along, across) in zip(LARICS3.bits(marker_id), ((v, u), (-u, v), (-v, u))):
-        if bit and start <= along <= end and near(across, 0, half):
-            return True
-    return False
-
-
-def draw(marker_id, x_q4, y_q4, radius_q4, heading_cdeg, seed=1):
-    """A frame of SIZE x SIZE with one marker, two by two samples a pixel, and noise of a few grey levels."""
-    assert CODE_ANGLES_CDEG == (9000, 18000, 27000)
-    turn16 = turn16_from_cdeg(heading_cdeg)
-    cosine, sine = cos_q14(turn16), sin_q14(turn16)
-    frame = bytearray(SIZE * SIZE)
-    state = seed
-    reach = radius_q4 * 26 // 15
-    for y in range(SIZE):
-        for x in range(SIZE):
-            state = (state * 1103515245 + 12345) & 0x7FFFFFFF
-            grey = 190 + (state >> 20) % 11
-            if abs(16 * x - x_q4) < reach and abs(16 * y - y_q4) < reach:
-                for sample in range(4):
-                    dx = 16 * x - 4 + 8 * (sample & 1) - x_q4
-                    dy = y_q4 - (16 * y - 4 + 8 * (sample >> 1))  # upwards
-                    u = (dx * cosine + dy * sine) >> 14
-                    v = (dy * cosine - dx * sine) >> 14
-                    if is_dark(u, v, marker_id, radius_q4):
-                        grey -= 40
-            frame[y * SIZE + x] = grey
-    return frame
-
 
 # ID, x, y and radius in 1/16 px, heading -> what PaperDetector(SIZE, SIZE, 20, 30) reports
 GOLDEN = (
@@ -88,12 +39,12 @@ def found_in(detector, frame):
 def test_golden_markers():
     detector = PaperDetector(SIZE, SIZE, 20, 30)
     for drawn, expected in GOLDEN:
-        assert found_in(detector, draw(*drawn)) == expected
+        assert found_in(detector, draw(SIZE, SIZE, *drawn)) == expected
 
 
 def test_accumulator_and_sums_of_a_golden_marker():
     detector = PaperDetector(SIZE, SIZE, 20, 30, edge_threshold=100)
-    detector.detect(draw(*GOLDEN[0][0]))
+    detector.detect(draw(SIZE, SIZE, *GOLDEN[0][0]))
     checksum = 0
     for value in detector.accumulator:
         checksum = (checksum * 31 + value) & 0xFFFFFF
@@ -110,7 +61,7 @@ def test_nothing_is_found_in_empty_frames():
 
 def test_border_is_flagged():
     detector = PaperDetector(SIZE, SIZE, 20, 30)
-    assert found_in(detector, draw(5, 30 * 16, 56 * 16, 25 * 16, 0))[6] == FLAG_BORDER
+    assert found_in(detector, draw(SIZE, SIZE, 5, 30 * 16, 56 * 16, 25 * 16, 0))[6] == FLAG_BORDER
 
 
 def test_wrong_sizes_are_refused():
@@ -126,7 +77,7 @@ def test_wrong_sizes_are_refused():
 
 def test_a_frame_allocates_nothing():
     detector = PaperDetector(SIZE, SIZE, 20, 30)
-    frame, empty = draw(*GOLDEN[0][0]), bytearray(SIZE * SIZE)
+    frame, empty = draw(SIZE, SIZE, *GOLDEN[0][0]), bytearray(SIZE * SIZE)
     detector.detect(frame)
     heap_lock()
     try:
