@@ -23,6 +23,7 @@ from larics_host.errors import UserError, report
 COMMANDS = (
     "marker",
     "detect",
+    "validate",
     "log",
     "simulate",
 )

@@ -10,6 +10,7 @@ from larics.marker import LARICS3
 # blue, green, red
 CERTAIN = (80, 200, 0)
 UNCERTAIN = (0, 160, 255)
+TRUE = (255, 140, 0)
 _OUTLINE = (0, 0, 0)
 _SHIFT = 6  # sub-pixel bits of OpenCV's drawing functions
 _SMALLEST_WIDTH = 720
@@ -77,13 +78,25 @@ def _draw_one(canvas, found, family):
     canvas.text(x + 0.8 * radius, label_y, "%s  margin %d" % (name, found["margin"]), colour)
 
 
-def draw_detections(frame, detections, zoom=None, family=LARICS3):
+def _draw_truth(canvas, truth, family):
+    x, y, radius = truth.x_px, truth.y_px, truth.radius_px
+    plate = radius * family.plate_mm10 / family.outer_mm10
+    angle = math.radians(truth.heading_deg)
+    canvas.circle(x, y, plate, TRUE, 2)
+    canvas.line(x, y, x + plate * math.cos(angle), y - plate * math.sin(angle), TRUE, 1)
+    canvas.text(x - plate, y - plate, "true ID %d" % truth.id, TRUE)
+
+
+def draw_detections(frame, detections, zoom=None, family=LARICS3, truths=()):
     """The frame (2-D uint8), enlarged `zoom` times, with its detections, as a BGR image.
 
     `detections` are dicts as of `detectors.as_dict`: rings, a cross at the centre, an arrow along the
     orientation line, ID and margin; amber instead of green where the ID is uncertain.
+    `truths` are records of larics_host.truth: the rim of the plate and the heading, in blue.
     """
     canvas = _Canvas(np.ascontiguousarray(frame), zoom or zoom_for(frame.shape[1]))
+    for truth in truths:
+        _draw_truth(canvas, truth, family)
     for found in detections:
         _draw_one(canvas, found, family)
     return canvas.image

@@ -1,15 +1,12 @@
 """`larics detect`: markers in recorded frames."""
 
-import argparse
 import json
-import re
 import statistics
 import sys
-import time
 from collections import Counter
 from pathlib import Path
 
-from larics_host import detectors
+from larics_host import detection_options
 from larics_host.errors import UserError, report
 
 NAME = "detect"
@@ -24,19 +21,6 @@ EXIT_BAD_SOURCE = 2
 _HEADINGS = ("id", "x px", "y px", "heading deg", "radius px", "margin", "flags")
 
 
-def _radius_range(text):
-    match = re.fullmatch(r"(\d{1,4}):(\d{1,4})", text)
-    if not match or not 0 < int(match.group(1)) <= int(match.group(2)):
-        raise argparse.ArgumentTypeError("%r is not MIN:MAX in whole pixels, such as 25:35" % text)
-    return int(match.group(1)), int(match.group(2))
-
-
-def _id_list(text):
-    if not re.fullmatch(r"[0-7](,[0-7])*", text):
-        raise argparse.ArgumentTypeError("%r is not a list of IDs from 0 to 7, such as 1,3,6" % text)
-    return sorted({int(item) for item in text.split(",")})
-
-
 def add_arguments(parser):
     parser.add_argument(
         "frames",
@@ -44,41 +28,10 @@ def add_arguments(parser):
         nargs="+",
         help=".pgm .png .jpg, a folder of them, a video file, or an OpenMV ImageIO .bin stream",
     )
-    parser.add_argument(
-        "--radius-px",
-        metavar="MIN:MAX",
-        type=_radius_range,
-        help="smallest and largest radius of the outer ring in the image (default %d:%d, slower)"
-        % detectors.DEFAULT_RADIUS_PX,
-    )
-    parser.add_argument(
-        "--method",
-        choices=detectors.METHODS,
-        default=detectors.DEFAULT_METHOD,
-        help="larics (default), or paper: the published method as it stands, for comparison",
-    )
-    parser.add_argument(
-        "--line-mm",
-        metavar="W",
-        type=int,
-        help="line width of the markers at a ring radius of 150 mm, 5 to 30; 15 to 20 need no option",
-    )
-    parser.add_argument(
-        "--ids", metavar="ID,ID...", type=_id_list, help="the IDs in use, such as 1,3,6 (default: 1 to 7)"
-    )
-    parser.add_argument("--allow-id0", action="store_true", help="ID 0 is in use too")
+    detection_options.add_arguments(parser)
+    detection_options.add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object a frame on standard output")
     parser.add_argument("--draw", metavar="DIR", help="write each frame as PNG with its detections drawn in")
-
-
-def _check(args):
-    """Raises UserError for options that do not fit each other."""
-    if args.line_mm is not None and not 5 <= args.line_mm <= 30:
-        raise UserError("--line-mm %d is out of range: use 5 to 30" % args.line_mm)
-    if args.ids and args.method == "paper":
-        raise UserError("--ids is not for --method paper, which reads any ID")
-    if args.ids and 0 in args.ids and not args.allow_id0:
-        raise UserError("--ids has 0, which is off: give --allow-id0 too")
 
 
 class _Drawings:
@@ -139,60 +92,20 @@ class _Table:
             print((self.layout % (name, *row)).rstrip())
 
 
-class _Detecting:
-    """One detector for each frame size, made when the first frame of that size comes."""
+class _Errors:
+    """Reports what could not be read or processed, frames of an unsuitable size only once."""
 
-    def __init__(self, args):
-        self.args = args
-        self.by_size = {}
-        self.times_ms = []
-        self.failed = False
+    def __init__(self):
+        self.any = False
+        self.sizes = set()
 
-    def fail(self, error):
-        self.failed = True
-        report(error)
-
-    def detect(self, name, frame):
-        """The detections as dicts, or None when frames of that size cannot be processed."""
-        height, width = frame.shape
-        fresh = (width, height) not in self.by_size
-        if fresh:
-            try:
-                self.by_size[width, height] = detectors.make_detector(
-                    self.args.method,
-                    width,
-                    height,
-                    self.args.radius_px,
-                    self.args.line_mm,
-                    self.args.ids,
-                    self.args.allow_id0,
-                )
-            except UserError as error:
-                self.by_size[width, height] = None
-                self.fail("%s: %s" % (name, error))  # once for all frames of this size
-        detector = self.by_size[width, height]
-        if detector is None:
-            return None
-        start = time.perf_counter()
-        found = [detectors.as_dict(one) for one in detector.detect(frame)]
-        if not fresh:  # the first frame also pays for loading the compiled kernels
-            self.times_ms.append(1000 * (time.perf_counter() - start))
-        return found
-
-
-def _sources(paths):
-    """How many frames there are, None when unknown, and the width of the longest name."""
-    from larics_host.frames import STILL_EXTENSIONS, list_sources
-
-    found = []
-    for path in paths:
-        try:
-            found += list_sources(path)
-        except UserError:  # reported when its turn comes
-            continue
-    stills = all(path.suffix.lower() in STILL_EXTENSIONS for path in found)
-    width = max([5] + [len(str(path)) for path in found])
-    return (len(found), width) if stills else (None, width + 6)
+    def report(self, result):
+        self.any = True
+        size = (result.width, result.height)
+        if size not in self.sizes:
+            report(result.error)
+        if result.width:
+            self.sizes.add(size)
 
 
 def _summary(frames, with_marker, ids, skipped, times_ms):
@@ -209,33 +122,38 @@ def _summary(frames, with_marker, ids, skipped, times_ms):
 
 
 def run(args):
-    from larics_host.frames import open_frames
+    from larics_host import batch
     from larics_host.progress import watched
 
-    _check(args)
+    options = detection_options.from_args(args)
     drawings = _Drawings(args.draw) if args.draw else None
-    work = _Detecting(args)
-    total, width = _sources(args.frames)
+    errors = _Errors()
+    total, width = batch.count_frames(args.frames)
     table = None
     frames = with_marker = skipped = 0
     ids = Counter()
-    for name, frame in watched(open_frames(args.frames, work.fail), total):
-        found = work.detect(name, frame)
+    times_ms = []
+    results = batch.detect_all(args.frames, options, args.jobs, keep_frames=bool(drawings))
+    for result in watched(results, total):
+        name, found = result.name, result.found
         if found is None:
-            skipped += 1
+            errors.report(result)
+            skipped += bool(result.width)
             continue
         if args.json:
-            size = {"width": frame.shape[1], "height": frame.shape[0]}
+            size = {"width": result.width, "height": result.height}
             print(json.dumps({"frame": name, **size, "detections": found}))
         else:
             table = table or _Table(width)
             table.frame(name, found)
         if drawings:
-            drawings.write(name, frame, found)
+            drawings.write(name, result.frame, found)
         frames += 1
         with_marker += bool(found)
         ids.update(one["id"] for one in found)
+        if result.ms is not None:
+            times_ms.append(result.ms)
     if frames or skipped:
-        line = _summary(frames, with_marker, ids, skipped, work.times_ms)
+        line = _summary(frames, with_marker, ids, skipped, times_ms)
         print(line, file=sys.stderr if args.json else sys.stdout)
-    return EXIT_BAD_SOURCE if work.failed else 0
+    return EXIT_BAD_SOURCE if errors.any else 0

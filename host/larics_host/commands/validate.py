@@ -1,0 +1,156 @@
+"""`larics validate`: a method, or the log of an earlier run, held against the truth."""
+
+import json
+import sys
+from pathlib import Path
+
+from larics_host import detection_options, detectors
+from larics_host.errors import UserError
+
+NAME = "validate"
+HELP = "hold detections against the truth: rates, errors, confusion, worst frames"
+EXAMPLE = """
+larics validate frames --radius-px 25:36 --report report.html    # frames of larics simulate -o frames
+larics validate frames --radius-px 25:36 --against paper --min-detected 99 --max-wrong 0
+larics validate frames --detections new.jsonl --against old.jsonl
+"""
+
+EXIT_FAILED = 1
+_WORST_ZOOM = 2
+
+
+def add_arguments(parser):
+    parser.add_argument("folder", metavar="FOLDER", help="frames with truth.csv, as of larics simulate")
+    detection_options.add_arguments(parser)
+    detection_options.add_jobs(parser)
+    parser.add_argument(
+        "--detections",
+        metavar="FILE.jsonl",
+        help="take these, of an earlier larics detect --json, instead of detecting",
+    )
+    parser.add_argument(
+        "--against", metavar="WHAT", help="compare with another method, or with another such FILE.jsonl"
+    )
+    parser.add_argument("--report", metavar="FILE.html", help="write a report with pictures, in one file")
+    parser.add_argument("--json", metavar="FILE", help="write all figures as JSON, - for standard output")
+    parser.add_argument("--worst", metavar="N", type=int, default=12, help="frames shown in the report (12)")
+    limits = parser.add_argument_group("thresholds: exit code 1 when one is missed")
+    limits.add_argument("--min-detected", metavar="PCT", type=float, help="markers in view that are found")
+    limits.add_argument("--min-read", metavar="PCT", type=float, help="... with the right ID")
+    limits.add_argument("--max-wrong", metavar="N", type=float, help="wrong IDs")
+    limits.add_argument("--max-false", metavar="N", type=float, help="detections where no marker is")
+    limits.add_argument("--max-centre-px", metavar="PX", type=float, help="95 %% of the centres are as near")
+    limits.add_argument("--max-heading-deg", metavar="DEG", type=float, help="95 %% of the headings too")
+
+
+def run(args):
+    from larics_host.truth import by_frame, read_truth
+    from larics_host.validation import outcome
+
+    options = detection_options.from_args(args)
+    if args.worst < 0:
+        raise UserError("--worst %d: give 0 or more" % args.worst)
+    truths = by_frame(read_truth(args.folder))
+    outcomes = [outcome.Outcome(detections, truths) for detections in _gather(args, options)]
+    first = outcomes[0]
+    comparison = outcome.compare(*outcomes) if len(outcomes) > 1 else None
+    thresholds = {limit.option: _threshold(args, limit.option) for limit in outcome.LIMITS}
+    judged = outcome.judge(first.figures(), thresholds)
+    if args.json:
+        _write_json(args, outcomes, judged, comparison)
+    if args.report:
+        _write_report(args, outcomes, judged, comparison, truths)
+    _print(outcomes, judged, sys.stderr if args.json == "-" else sys.stdout)
+    return 0 if all(one["passed"] for one in judged) else EXIT_FAILED
+
+
+def _threshold(args, option):
+    value = getattr(args, option.lstrip("-").replace("-", "_"))
+    if value is not None and not value >= 0:
+        raise UserError("%s %g: give a number from 0 on" % (option, value))
+    return value
+
+
+def _gather(args, options):
+    """The one or two sets of detections, with labels that differ."""
+    from larics_host.validation import sources
+
+    if args.detections:
+        found = [sources.read_log(args.detections)]
+    else:
+        found = [sources.run_method(args.folder, options, args.jobs)]
+    if args.against in detectors.METHODS:
+        other = options._replace(method=args.against)
+        if args.against == "paper":
+            other = other._replace(allowed_ids=None)
+        found.append(sources.run_method(args.folder, other, args.jobs))
+    elif args.against:
+        found.append(sources.read_log(args.against))
+    if len(found) > 1 and found[0].label == found[1].label:
+        found[0].label += " (first)"
+        found[1].label += " (second)"
+    return found
+
+
+def _write_json(args, outcomes, judged, comparison):
+    methods = []
+    for one in outcomes:
+        rows, columns, counts = one.matrix()
+        confusion = {"true": rows, "reported": columns, "counts": counts}
+        worst = [{"frame": place.frame, "why": place.why} for place in one.worst(args.worst)]
+        methods.append(dict(one.figures(), confusion=confusion, worst=worst))
+    result = {"version": 1, "folder": args.folder, "methods": methods, "thresholds": judged}
+    if comparison:
+        result["comparison"] = comparison
+    text = json.dumps(result, indent=1) + "\n"
+    if args.json == "-":
+        sys.stdout.write(text)
+        return
+    try:
+        Path(args.json).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise UserError("cannot write %s: %s" % (args.json, error.strerror)) from error
+
+
+def _pictures(args, outcome, truths):
+    """The worst frames as JPEG with detections and truth drawn in."""
+    import cv2
+
+    from larics_host.drawing import draw_detections
+    from larics_host.frames import open_frames
+    from larics_host.validation.sources import base_name
+
+    wanted = {place.frame: place for place in outcome.worst(args.worst)}
+    drawn = {}
+    for name, frame in open_frames([args.folder], on_error=lambda error: None) if wanted else ():
+        name = base_name(name)
+        if name in wanted:
+            image = draw_detections(frame, outcome.by_frame[name], _WORST_ZOOM, truths=truths[name])
+            data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, 88])[1].tobytes()
+            drawn[name] = (data, "%s: %s" % (name, wanted[name].why))
+    return [drawn[name] for name in wanted if name in drawn]
+
+
+def _write_report(args, outcomes, judged, comparison, truths):
+    from larics import __version__
+    from larics_host.validation.report import write_report
+
+    first = outcomes[0]
+    note = "%d frames of %s, larics %s" % (first.tally.frames, args.folder, __version__)
+    pictures = _pictures(args, first, truths)
+    try:
+        write_report(args.report, "Validation", note, outcomes, judged, comparison, pictures=pictures)
+    except OSError as error:
+        raise UserError("cannot write %s: %s" % (args.report, error.strerror)) from error
+
+
+def _print(outcomes, judged, file):
+    from larics_host.validation.report import figure_rows
+
+    print(("%-36s" + "%18s" * len(outcomes)) % ("", *(one.label for one in outcomes)), file=file)
+    for heading, cells in figure_rows([one.figures() for one in outcomes]):
+        print(("%-36s" + "%18s" * len(cells)) % (heading, *cells), file=file)
+    for one in judged:
+        value = "nothing was measured" if one["value"] is None else "%.5g" % one["value"]
+        state = "passed" if one["passed"] else "FAILED"
+        print("%-36s%18s  %s" % ("%s %g" % (one["option"], one["limit"]), value, state), file=file)

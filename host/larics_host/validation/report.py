@@ -1,0 +1,162 @@
+"""The report of a validation as one HTML file: pictures inside, nothing loaded from anywhere."""
+
+import base64
+import html
+
+from larics_host import plots
+
+_STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #1c2733; margin: 2em auto; max-width: 68em; }
+h1 { font-size: 1.6em; margin-bottom: 0; } h2 { font-size: 1.2em; margin: 2em 0 .5em; }
+table { border-collapse: collapse; } th, td { padding: .25em .8em; border-bottom: 1px solid #dde3ea; }
+td { text-align: right; font-variant-numeric: tabular-nums; } th { text-align: left; font-weight: 600; }
+thead th { border-bottom: 2px solid #9fb0c0; text-align: right; } thead th:first-child { text-align: left; }
+ .note { color: #5b6b7b; }
+.right { background: #e2f4e8; } .wrong { background: #fbdcdc; } .zero { color: #b7c2cc; }
+.passed { color: #1d7a3f; } .failed { color: #b3261e; font-weight: 600; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(20em, 1fr)); gap: 1em; }
+figure { margin: 0; } img { max-width: 100%; } figcaption { font-size: .9em; overflow-wrap: anywhere; }
+"""
+
+# heading, figure, format
+_FIGURES = (
+    ("frames", "frames", "%d"),
+    ("markers wholly in view", "markers", "%d"),
+    ("detected", "detected_pct", "%.3f %%"),
+    ("ID read right", "read_pct", "%.3f %%"),
+    ("wrong IDs", "wrong", "%d"),
+    ("uncertain IDs", "uncertain", "%d"),
+    ("false detections", "false_positives", "%d"),
+    ("centre error, median", "centre_median_px", "%.4f px"),
+    ("centre error, 95 % below", "centre_p95_px", "%.4f px"),
+    ("centre error, largest", "centre_max_px", "%.3f px"),
+    ("heading error, median", "heading_median_deg", "%.4f deg"),
+    ("heading error, 95 % below", "heading_p95_deg", "%.4f deg"),
+    ("heading error, largest", "heading_max_deg", "%.3f deg"),
+    ("time a frame, median, one process", "median_ms", "%.2f ms"),
+    ("frames without a result", "frames_missing", "%d"),
+)
+
+
+def figure_rows(all_figures):
+    """[(heading, text of each column)] for dicts of Outcome.figures."""
+    return [
+        (heading, [layout % f[name] if f[name] is not None else "-" for f in all_figures])
+        for heading, name, layout in _FIGURES
+    ]
+
+
+def _escape(text):
+    return html.escape(str(text))
+
+
+def _table(headings, rows):
+    head = "".join("<th>%s</th>" % _escape(heading) for heading in headings)
+    body = "".join(
+        "<tr><th>%s</th>%s</tr>" % (_escape(name), "".join("<td>%s</td>" % _escape(cell) for cell in cells))
+        for name, cells in rows
+    )
+    return "<table><thead><tr>%s</tr></thead><tbody>%s</tbody></table>" % (head, body)
+
+
+def _matrix(outcome):
+    rows, columns, counts = outcome.matrix()
+    parts = ["<table><thead><tr><th>true \\ reported</th>"]
+    parts += ["<th>%s</th>" % _escape(column) for column in columns]
+    parts.append("</tr></thead><tbody>")
+    for row, line in zip(rows, counts, strict=True):
+        parts.append("<tr><th>%s</th>" % _escape(row))
+        for column, count in zip(columns, line, strict=True):
+            kind = "zero" if not count else "right" if row == column else "wrong"
+            parts.append('<td class="%s">%d</td>' % (kind, count))
+        parts.append("</tr>")
+    return "".join(parts) + "</tbody></table>"
+
+
+def _picture(data, kind, caption):
+    text = base64.b64encode(data).decode()
+    return '<figure><img src="data:image/%s;base64,%s" alt=""><figcaption>%s</figcaption></figure>' % (
+        kind,
+        text,
+        _escape(caption),
+    )
+
+
+def _comparison(result):
+    lines = ["<h2>%s against %s</h2>" % (_escape(result["second"]), _escape(result["first"]))]
+    rows = [(row["first"], [row["second"], row["count"]]) for row in result["markers"]]
+    lines.append(_table((result["first"], result["second"], "markers"), rows))
+    for key, name in (("read_only_by_first", "first"), ("read_only_by_second", "second")):
+        frames = result[key]
+        text = ", ".join(frames[:40]) + (" and %d more" % (len(frames) - 40) if len(frames) > 40 else "")
+        lines.append("<p>Read right only by %s: %s</p>" % (_escape(result[name]), _escape(text or "none")))
+    if result["same_within_1px"]:
+        lines.append(
+            "<p>%(same_within_1px)d detections of both lie within 1 px of each other; 95 %% of them within "
+            "%(apart_p95_px).4f px and %(apart_p95_deg).4f deg.</p>" % result
+        )
+    return "".join(lines)
+
+
+def _board(result):
+    lines = ["<h2>Board against this computer, message by message</h2>"]
+    lines.append("<p>%s</p>" % _escape(result["summary"]))
+    if result["differences"]:
+        rows = [
+            (d["frame"], [d["index"], d["field"], d["board"], d["host"]]) for d in result["differences"][:100]
+        ]
+        lines.append(_table(("frame", "marker", "field", "board", "here"), rows))
+    return "".join(lines)
+
+
+def _thresholds(judged):
+    rows = "".join(
+        '<tr><th>%s %g</th><td>%s</td><td class="%s">%s</td></tr>'
+        % (
+            _escape(one["option"]),
+            one["limit"],
+            "-" if one["value"] is None else "%.5g" % one["value"],
+            "passed" if one["passed"] else "failed",
+            "passed" if one["passed"] else "FAILED",
+        )
+        for one in judged
+    )
+    return "<h2>Thresholds</h2><table><tbody>%s</tbody></table>" % rows
+
+
+def write_report(path, title, note, outcomes, judged=(), comparison=None, board=None, pictures=()):
+    """Writes the HTML file.
+
+    outcomes   list of Outcome;  judged  of outcome.judge;  comparison  of outcome.compare
+    board      of board.compare_messages;  pictures  [(JPEG bytes, caption)] of the worst frames
+    OSError when it cannot be written, UserError without matplotlib.
+    """
+    parts = ["<h1>%s</h1><p class=note>%s</p>" % (_escape(title), _escape(note))]
+    if judged:
+        parts.append(_thresholds(judged))
+    if outcomes:
+        parts.append("<h2>Rates and errors</h2>")
+        parts.append(_table(["", *(o.label for o in outcomes)], figure_rows([o.figures() for o in outcomes])))
+        centre = [(o.label, o.tally.centre_px) for o in outcomes]
+        heading = [(o.label, o.tally.heading_deg) for o in outcomes]
+        parts.append('<h2>Errors</h2><div class="pictures">')
+        parts.append(_picture(plots.shares(centre, "centre error, px"), "png", ""))
+        parts.append(_picture(plots.shares(heading, "heading error, deg"), "png", ""))
+        parts.append("</div>")
+    for outcome in outcomes:
+        parts.append("<h2>Who was taken for whom: %s</h2>%s" % (_escape(outcome.label), _matrix(outcome)))
+    if comparison:
+        parts.append(_comparison(comparison))
+    if board:
+        parts.append(_board(board))
+    if pictures:
+        parts.append(
+            "<h2>Worst frames</h2><p class=note>green: detected; amber: ID uncertain; blue: true</p>"
+        )
+        parts.append('<div class="pictures">%s</div>' % "".join(_picture(d, "jpeg", c) for d, c in pictures))
+    page = '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>%s</title><style>%s</style>' % (
+        _escape(title),
+        _STYLE,
+    )
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(page + "</head><body>" + "".join(parts) + "</body></html>\n")

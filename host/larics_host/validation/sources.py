@@ -1,0 +1,76 @@
+"""Where detections come from: a method run on the frames here, or the log of an earlier run."""
+
+import json
+from pathlib import Path, PurePath
+
+from larics_host import batch
+from larics_host.errors import UserError, report
+from larics_host.progress import watched
+
+_KEYS = ("id", "x", "y", "heading", "radius", "margin")
+
+
+def base_name(name):
+    """The name of a frame without its folder, as the truth has it: "clip.bin#3" for a frame of a stream."""
+    return PurePath(name).name
+
+
+class Detections:
+    """`by_frame`: {base name: list of detections as dicts}; `label` is what people call it; `paths` and
+    `times_ms` are empty for a log."""
+
+    def __init__(self, label):
+        self.label = label
+        self.by_frame = {}
+        self.times_ms = []
+        self.failed = 0
+
+
+def run_method(folder, options, jobs):
+    """Detections of a method on all frames of a folder. Sources that fail are reported and counted."""
+    detections = Detections(options.method)
+    total, _ = batch.count_frames([folder])
+    for result in watched(batch.detect_all([folder], options, jobs), total, options.method, True):
+        if result.found is None:
+            report(result.error)
+            detections.failed += 1
+            continue
+        detections.by_frame[base_name(result.name)] = result.found
+        if result.ms is not None:
+            detections.times_ms.append(result.ms)
+    return detections
+
+
+def read_log(path):
+    """Detections that `larics detect --json` wrote. UserError where it is no such file."""
+    detections = Detections(Path(path).stem)
+    try:
+        with open(path, encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                name, found = _record(line)
+                if name is None:
+                    raise UserError("%s line %d is not from larics detect --json" % (path, number))
+                detections.by_frame[base_name(name)] = found
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    except UnicodeDecodeError:
+        raise UserError("%s is not from larics detect --json" % path) from None
+    if not detections.by_frame:
+        raise UserError("%s holds no frame" % path)
+    return detections
+
+
+def _record(line):
+    """(frame name, detections) of a line; (None, None) when it is something else."""
+    try:
+        record = json.loads(line)
+        name, found = record["frame"], record["detections"]
+        for one in found:
+            numbers = [one[key] for key in _KEYS[1:]]
+            if not all(isinstance(value, (int, float)) for value in numbers):
+                return None, None
+            if one["id"] is not None and not isinstance(one["id"], int):
+                return None, None
+        return str(name), found
+    except (ValueError, KeyError, TypeError):
+        return None, None
