@@ -313,13 +313,20 @@ def paint_plate(image, cam, lens, lens_step, path, ceiling, plate, rings, lines,
             if edge < -reach and abs(ink) > reach:
                 image[row, column] = black if ink < 0.0 else white
                 continue
+            # within a pixel the ceiling point moves in proportion
+            right_x, right_y = _see(cam, lens, lens_step, ceiling, column + 0.5, float(row))
+            left_x, left_y = _see(cam, lens, lens_step, ceiling, column - 0.5, float(row))
+            below_x, below_y = _see(cam, lens, lens_step, ceiling, float(column), row + 0.5)
+            above_x, above_y = _see(cam, lens, lens_step, ceiling, float(column), row - 0.5)
+            xx, yx = right_x - left_x, right_y - left_y
+            xy, yy = below_x - above_x, below_y - above_y
             alpha = 0.0
             color = 0.0
             for index in range(count):
-                px, py = column + samples[index, 0], row + samples[index, 1]
-                x, y = _see(cam, lens, lens_step, ceiling, px, py)
-                u = pose[index, 0] * x + pose[index, 1] * y + pose[index, 2]
-                v = pose[index, 1] * x - pose[index, 0] * y + pose[index, 3]
+                px, py = samples[index, 0], samples[index, 1]
+                sx, sy = x + xx * px + xy * py, y + yx * px + yy * py
+                u = pose[index, 0] * sx + pose[index, 1] * sy + pose[index, 2]
+                v = pose[index, 1] * sx - pose[index, 0] * sy + pose[index, 3]
                 cover = 0.5 - (math.sqrt(u * u + v * v) - limit) / ramp
                 if cover <= 0.0:
                     continue

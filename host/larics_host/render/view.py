@@ -12,7 +12,7 @@ from larics_host.truth import Truth
 RIM = np.linspace(0, 2 * math.pi, 48, endpoint=False)
 CIRCLE = np.stack([np.cos(RIM), np.sin(RIM)], axis=1)
 # samples of a pixel: at least MIN, and this many per pixel of motion blur
-MIN_SAMPLES, SAMPLES_PER_PX, MAX_SAMPLES = 24, 4, 160
+MIN_SAMPLES, SAMPLES_PER_PX, MAX_SAMPLES = 24, 2.5, 128
 # the ramp of an edge, as a share of a pixel, that a sample stands for
 SAMPLE_RAMP = 0.7
 BOX_MARGIN_PX = 4
