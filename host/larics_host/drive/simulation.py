@@ -1,0 +1,227 @@
+"""One drive in closed loop, and what was recorded of it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from larics import messages as m
+from larics.approach import ALIGN, GO, Approach
+from larics.detection import NO_ID
+from larics.protocol import frame_size
+from larics_host.detectors import make_detector
+from larics_host.drive.field import Field
+from larics_host.drive.firmware import Firmware
+from larics_host.drive.vehicle import STEP_S, Vehicle
+from larics_host.render.series import generator
+from larics_host.render.view import render_view
+
+BAUD = 115200
+LATENCY_S = 0.015  # capture and detection on the board, assumed
+_CONTROL_STEPS = 4  # of the vehicle for one of the controller: 20 ms
+_WHOLE = 0.999
+_REACH_PX, _REACH_MM = 15.0, 70.0  # a detection further from every marker is a false one
+
+
+@dataclass
+class Sight:
+    """What one method made of one frame: detections that match a marker, with the right ID, with another ID,
+    without one, and detections where there is no marker."""
+
+    right: int = 0
+    wrong: int = 0
+    unsure: int = 0
+    false: int = 0
+
+
+@dataclass
+class Frame:
+    """One frame: truth, what the wire said of it, and what each method saw in it."""
+
+    time_s: float
+    x_mm: float
+    y_mm: float
+    heading_deg: float
+    markers: int  # whose outer ring is wholly inside the frame
+    state: int
+    pose: tuple  # x_mm, y_mm, heading_deg as reported
+    error: tuple  # mm, degrees; against the pose at the moment at which that marker was exposed
+    sigma_mm: float
+    marker_id: int
+    route_position: int
+    behaviour: int
+    sights: dict = field(default_factory=dict)
+
+
+@dataclass
+class Record:
+    """A whole drive. visits: (time, ID, distance mm) each time a marker was left; faults: {code: count}."""
+
+    field: Field
+    frames: list = field(default_factory=list)
+    visits: list = field(default_factory=list)
+    pushes: list = field(default_factory=list)
+    faults: int = 0
+    last_faults: dict = field(default_factory=dict)
+    line_errors: int = 0
+    line_bytes: int = 0
+    ages_us: list = field(default_factory=list)
+    pictures: list = field(default_factory=list)  # (time, frame, caption) of those kept
+    behaviours: list = field(default_factory=list)  # (time, state) at each change
+    way_mm: float = 0.0
+
+
+def wheel_controller(condition):
+    """The reference behaviour with the limits of a condition."""
+    slow = condition.rate_hz < 10
+    return Approach(
+        speed_mm_s=int(condition.speed_mm_s),
+        accel_mm_s2=int(condition.accel_mm_s2),
+        turn_cdeg_s=3000 if slow else 9000,
+        turn_accel_cdeg_s2=6000 if slow else 27000,
+        stale_ms=1000 if slow else 500,
+        center_mm10=400 if slow else 300,
+        align_cdeg=200,
+        leg_mm=int(condition.side_mm * 1.6),
+    )
+
+
+class Simulation:
+    """`run` drives a Field and returns its Record.
+
+    interpreter    "micropython" or "cpython"; driver: the method that the firmware uses
+    compare        methods that look at the same frames beside it, on this PC
+    keep           function (simulation, frame index) -> caption to keep the picture, or None
+    on_frame       called with the Record after each frame
+    """
+
+    def __init__(self, field_, seed, interpreter="micropython", driver="larics", compare=(), keep=None):
+        self.field, self.keep = field_, keep
+        self.record = Record(field_)
+        self.vehicle = Vehicle(field_.start, generator("wheels-" + field_.name, seed))
+        self.controller = wheel_controller(field_.condition)
+        low, high = field_.settings["radius_min_px"], field_.settings["radius_max_px"]
+        size = (field_.camera.width, field_.camera.height)
+        self._methods = {name: make_detector(name, *size, (low, high)) for name in compare}
+        self._firmware = (dict(field_.settings, method=driver), interpreter)
+        self._seed = seed
+        self._waiting = []  # (time of arrival, type, sequence, values)
+
+    def run(self, on_frame=None):
+        condition = self.field.condition
+        settings, interpreter = self._firmware
+        events = [event for event in self.field.events if event.kind == "push"]
+        period_s = 1 / condition.rate_hz
+        with Firmware(settings, interpreter, int(LATENCY_S * 1e6)) as firmware:
+            steps, index = 0, 0
+            while steps * STEP_S < condition.seconds:
+                now_s = steps * STEP_S
+                if now_s >= index * period_s:
+                    self._take_frame(firmware, index, now_s)
+                    index += 1
+                    if on_frame:
+                        on_frame(self.record)
+                while events and events[0].at_s <= now_s:
+                    event = events.pop(0)
+                    self.vehicle.push(event.forward_mm, event.left_mm, event.turn_deg)
+                    self.record.pushes.append(now_s)
+                if steps % _CONTROL_STEPS == 0:
+                    self._control(now_s)
+                self.vehicle.step(self.controller.speed_mm_s, self.controller.turn_cdeg_s / 100)
+                steps += 1
+            self.record.line_errors, self.record.line_bytes = firmware.line_errors, firmware.received_bytes
+        self.record.way_mm = self.vehicle.way_mm
+        return self.record
+
+    def _control(self, now_s):
+        while self._waiting and self._waiting[0][0] <= now_s:
+            _, number, sequence, values = self._waiting.pop(0)
+            self.controller.on_message(number, sequence, values)
+        before = self.controller.state
+        state = self.controller.step(int(1000 * STEP_S * _CONTROL_STEPS))
+        if state != before:
+            self.record.behaviours.append((now_s, state))
+        if before == ALIGN and state == GO:
+            marker_id = self.controller.left_id
+            x, y, _ = self.field.markers.get(marker_id, (np.nan, np.nan, 0))
+            pose = self.vehicle.pose
+            self.record.visits.append((now_s, marker_id, float(np.hypot(x - pose.x_mm, y - pose.y_mm))))
+
+    def _take_frame(self, firmware, index, now_s):
+        field_ = self.field
+        pose, motion = self.vehicle.pose, self.vehicle.motion
+        picture, truths = render_view(
+            field_.scene, pose, motion, field_.camera, field_.light(now_s), field_.noise
+        )
+        messages = firmware.exchange(picture, index, int(now_s * 1e6))
+        arrives_s = now_s + LATENCY_S
+        reported = None
+        for number, sequence, values in messages:
+            arrives_s += frame_size(number) * 10 / BAUD
+            self._waiting.append((arrives_s, number, sequence, values))
+            if number == m.POSE:
+                reported = values
+            elif number == m.MARKER:
+                self.record.ages_us.append(values[1])
+            elif number == m.STATUS:
+                self.record.faults = values[12]
+                if values[13]:
+                    self.record.last_faults[values[13]] = self.record.last_faults.get(values[13], 0) + 1
+        truths = [truth for truth in truths if truth.id is not None]
+        frame = self._frame(now_s, pose, truths, reported)
+        told = [values for number, _, values in messages if number == m.MARKER]
+        frame.sights["wire"] = judge(
+            [(values[3], values[6] / 10, values[7] / 10) for values in told if not values[2] & m.MARKER_NONE],
+            [(truth.id, truth.offset_x_mm, truth.offset_y_mm) for truth in truths],
+            _REACH_MM,
+        )
+        places = [(truth.id, truth.x_px, truth.y_px) for truth in truths]
+        for name, detector in self._methods.items():
+            seen = [(d.marker_id, d.x_q8 / 256, d.y_q8 / 256) for d in detector.detect(picture)]
+            frame.sights[name] = judge(seen, places, _REACH_PX)
+        self.record.frames.append(frame)
+        caption = self.keep(self, index) if self.keep else None
+        if caption:
+            self.record.pictures.append((now_s, picture, caption))
+
+    def _frame(self, now_s, pose, truths, reported):
+        found = reported[4] / 10, reported[5] / 10, reported[6] / 100
+        true = (pose.x_mm, pose.y_mm, pose.heading_deg)
+        for truth in truths:  # a rolling shutter exposes the marker before or after the frame's middle
+            if reported[2] == m.TRACKING and truth.id == reported[3]:
+                true = (truth.vehicle_x_mm, truth.vehicle_y_mm, truth.vehicle_heading_deg)
+        error = (
+            float(np.hypot(found[0] - true[0], found[1] - true[1])),
+            abs((found[2] - true[2] + 180) % 360 - 180),
+        )
+        whole = sum(truth.visible >= _WHOLE for truth in truths)
+        return Frame(
+            now_s,
+            pose.x_mm,
+            pose.y_mm,
+            pose.heading_deg,
+            whole,
+            reported[2],
+            found,
+            error,
+            reported[7] / 10,
+            reported[3],
+            reported[9],
+            self.controller.state,
+        )
+
+
+def judge(seen, places, reach):
+    """The Sight of a frame: (ID or NO_ID or ID_NONE, x, y) of what was seen against (ID, x, y) of what is
+    there, which match when no further apart than `reach`."""
+    sight = Sight()
+    for marker_id, x, y in seen:
+        near = [place for place in places if np.hypot(x - place[1], y - place[2]) < reach]
+        if not near:
+            sight.false += 1
+        elif marker_id in (NO_ID, m.ID_NONE):
+            sight.unsure += 1
+        elif marker_id == near[0][0]:
+            sight.right += 1
+        else:
+            sight.wrong += 1
+    return sight
