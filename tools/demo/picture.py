@@ -22,10 +22,10 @@ LEFT = dict(loc="left", color=INK)
 
 def draw(frames, folder, total, path):
     """Writes the PNG: `frames` and `total` as tools.demo.compare gives them, pictures from `folder`."""
-    plt.rcParams.update({"font.size": 10, "font.family": "DejaVu Sans", "axes.titlesize": 11})
+    plt.rcParams.update({"font.size": 10, "font.family": "DejaVu Sans", "axes.titlesize": 10.5})
     figure = plt.figure(figsize=(13.5, 8.6), facecolor="white")
     sides = dict(left=0.05, right=0.985)
-    upper = figure.add_gridspec(1, 3, top=0.905, bottom=0.515, wspace=0.04, **sides)
+    upper = figure.add_gridspec(1, 3, top=0.905, bottom=0.515, wspace=0.05, **sides)
     lower = figure.add_gridspec(1, 2, top=0.44, bottom=0.065, width_ratios=(1.75, 1.0), wspace=0.12, **sides)
     samples = choose(frames)
     for k, frame in enumerate(samples):
@@ -192,9 +192,21 @@ def draw_errors(grid, figure, frames, total):
         axes.set_ylim(0, None)
 
 
-def reduce(source, target, width=1350, colors=200):
+def _palette():
+    """Greys, and the colours of the drawing on their way to white, to dark and to grey."""
+    colors = [(grey, grey, grey) for grey in [*range(0, 254, 2), 255]]
+    for name in (GREEN, ORANGE, INK, BLUE):
+        color = np.array([int(name[k : k + 2], 16) for k in (1, 3, 5)])
+        for ground, steps in ((255, 12), (110, 8), (40, 8)):
+            colors += [tuple(ground + (color - ground) * k // steps) for k in range(1, steps + 1)]
+    image = Image.new("P", (1, 1))
+    image.putpalette([int(part) for color in colors for part in color])
+    return image
+
+
+def reduce(source, target, width=1350):
     """A smaller copy with few colours, for the README."""
     image = Image.open(source).convert("RGB")
     size = (width, round(image.height * width / image.width))
-    small = image.resize(size, Image.Resampling.LANCZOS).quantize(colors, dither=Image.Dither.NONE)
-    small.save(target, optimize=True)
+    small = image.resize(size, Image.Resampling.LANCZOS)
+    small.quantize(palette=_palette(), dither=Image.Dither.NONE).save(target, optimize=True)

@@ -1,0 +1,103 @@
+"""The pieces of `make demo`: its drive, its scores and its picture."""
+
+import json
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from larics import messages as m
+from larics import protocol
+from larics.settings import Settings
+from larics_host.render.scene import Scene
+from larics_host.render.view import truth_of
+from tools.demo import compare, drive, picture
+
+
+@pytest.fixture(scope="module")
+def truths():
+    """The truth of the whole drive."""
+    found = []
+    scene, camera = Scene(drive.CEILING_MM, plates=drive.plates()), drive.camera()
+    for index in range(drive.frame_count()):
+        pose, motion, since = drive.leg_at(index / drive.FPS)
+        where = motion.pose_after(pose, since)
+        name, time_us = drive.name_of(index), round(index * 1e6 / drive.FPS)
+        found += truth_of(scene, where, motion, camera, name, time_us)
+    return found
+
+
+def marker(frame, truth, marker_id=None, **changes):
+    heading = (truth.marker_heading_deg - truth.vehicle_heading_deg) % 360
+    record = {
+        "message": "MARKER",
+        "frame": frame,
+        "flags": 0,
+        "id": truth.id if marker_id is None else marker_id,
+        "x_mm10": round(truth.offset_x_mm * 10),
+        "y_mm10": round(truth.offset_y_mm * 10),
+        "z_mm10": 30000,
+        "heading_cdeg": round(heading * 100) % 36000,
+        "margin": 200,
+    }
+    return dict(record, **changes)
+
+
+def test_the_way_is_continuous_and_the_settings_are_valid():
+    poses = [drive.pose_at(k / 100) for k in range(int(100 * drive.frame_count() / drive.FPS))]
+    steps = [math.dist((a.x_mm, a.y_mm), (b.x_mm, b.y_mm)) for a, b in zip(poses, poses[1:], strict=False)]
+    assert max(steps) < 4.01 and min(steps) > 3.99
+    settings = Settings(dict(drive.settings(), width=drive.WIDTH, height=drive.HEIGHT))
+    assert len(settings.map) == len(drive.MARKERS)
+
+
+def test_what_is_drawn_lies_where_the_truth_is(truths):
+    seen = [truth for truth in truths if truth.id is not None and truth.visible == 1]
+    assert len(seen) > 100
+    for truth in seen:
+        x, y, angle_deg, radius = picture.to_image(marker(0, truth))
+        assert math.hypot(x - truth.x_px, y - truth.y_px) < 0.5
+        assert abs((angle_deg - truth.heading_deg + 180) % 360 - 180) < 0.1
+        assert abs(radius - truth.radius_px) < 0.3
+
+
+def test_score_counts_right_wrong_spurious_and_lost(tmp_path, truths):
+    by_index = {}
+    for truth in truths:
+        if truth.id is not None and compare.is_whole(truth):
+            by_index.setdefault(int(truth.frame[6:12]), truth)
+    good, wrong, unsure, astray, *_ = sorted(by_index)
+    records = [
+        marker(good, by_index[good]),
+        marker(wrong, by_index[wrong], marker_id=by_index[wrong].id ^ 1),
+        marker(unsure, by_index[unsure], marker_id=m.ID_NONE),
+        marker(astray, by_index[astray], x_mm10=9000, y_mm10=-8000),
+        {"message": "MARKER", "frame": 20, "flags": m.MARKER_NONE, "id": 255},
+    ]
+    path = tmp_path / "run.jsonl"
+    path.write_text("".join(json.dumps(record) + "\n" for record in records))
+    frames, _ = compare.read_run(path, truths)
+    total = compare.score(frames)
+    assert (total.reported, total.wrong, total.spurious, total.found) == (5, 1, 1, 1)
+    assert max(total.offsets_mm) < 0.1 and total.whole > 100
+    assert compare.line_bytes(path) == 5 * protocol.frame_size(m.MARKER)
+
+
+def test_the_picture_is_drawn_and_reduced(tmp_path, truths):
+    lines = []
+    for truth in truths:
+        if truth.id is not None:
+            lines.append(marker(int(truth.frame[6:12]), truth))
+    path = tmp_path / "run.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    frames, _ = compare.read_run(path, truths)
+    for frame in picture.choose(frames):
+        grey = np.full((drive.HEIGHT, drive.WIDTH), 90, np.uint8)
+        cv2.imwrite(str(tmp_path / drive.name_of(frame.index)), grey)
+    picture.draw(frames, tmp_path, compare.score(frames), tmp_path / "demo.png")
+    picture.reduce(tmp_path / "demo.png", tmp_path / "small.png")
+    small = cv2.imread(str(tmp_path / "small.png"))
+    assert small.shape[1] == 1350 and (tmp_path / "small.png").stat().st_size < 400000
+    green = (abs(small.astype(int) - (92, 163, 0)).sum(axis=2) < 60).sum()
+    assert green > 1000  # what was reported is drawn in
