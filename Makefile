@@ -8,7 +8,7 @@ export PYTHONPATH := shared:host
 MICROPYTHON ?= $(BIN)/micropython
 export MICROPYTHON
 
-.PHONY: help demo test lint bench mpy flash reproduce clean setup
+.PHONY: help demo test lint bench mpy flash reproduce fuzz vehicle clean setup
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' Makefile
 
@@ -36,6 +36,12 @@ bench: $(READY)  ## quality, stresses, time and instructions beside the peers (F
 
 mpy: $(READY)  ## compile shared/ and firmware/ for the boards and report sizes
 	$(BIN)/python tools/build_mpy.py
+
+fuzz: $(READY)  ## long damage runs on both decoders of the wire (about fifteen minutes)
+	$(BIN)/python tools/fuzz_wire.py
+
+vehicle: $(READY)  ## code size of the vehicle's C library for Cortex-M
+	$(BIN)/python tools/vehicle_build.py
 
 clean:  ## remove what was built (the .venv stays)
 	rm -rf build .pytest_cache .ruff_cache .hypothesis

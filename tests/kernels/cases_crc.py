@@ -17,12 +17,6 @@ def cobs(random):
 
 
 def x25(random):
-    for length in (0, 1, 127):
-        yield random_bytes(length + 3, random), 1, 1 + length, random.below(256)
-    yield bytearray([255] * 64), 0, 64, 255
-
-
-def x25(random):
     for length, extra in ((0, 0), (0, 255), (1, 50), (255, 100)):
         yield random_bytes(length + 4, random), 3, 3 + length, extra
     yield bytearray([255] * 64), 0, 64, 255

@@ -6,6 +6,7 @@ import subprocess
 
 import pytest
 
+import larics
 from larics import framing
 from larics.protocol import Counters, Decoder, Encoder, fields
 from tools import make_protocol, vehicle_build
@@ -206,3 +207,47 @@ def test_it_is_also_cplusplus(tmp_path):
     command = ["g++", "-Wall", "-Wextra", "-Werror", "-I", str(LIBRARY), str(source), str(target)]
     subprocess.run([*command, "-o", str(tmp_path / "main")], check=True)
     run(tmp_path / "main")
+
+
+def marker_frames(*places):
+    """Bytes of MARKERs at these y, 0.1 mm; None stands for a frame without a marker."""
+    encoder = Encoder()
+    data = b""
+    for frame, y_mm10 in enumerate(places):
+        values = [frame, 15000, 0, 3, 0, 1, 100, y_mm10, 25000, 9000, 200, 7680]
+        if y_mm10 is None:
+            values = [frame, 15000, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0]
+        data += bytes(encoder.buffer[: encoder.encode(2, values)])
+    return data
+
+
+def test_the_linux_example(tmp_path):
+    source = ROOT / "firmware" / "vehicle" / "examples" / "linux" / "read_stream.c"
+    program = build([source], tmp_path / "read_stream", *SANITIZE)
+    data = marker_frames(123, None)
+    text = run(program, data=b"noise\0" + data[:-1] + b"\0").stdout.decode()
+    assert "frame 0: marker 3 (1 of 1) x 10.0 y 12.3 mm heading 90.00 deg margin 200 age 15.0 ms" in text
+    assert "frame 1: no marker" in text
+    assert text.splitlines()[-1].startswith("2 messages, 0 missing; refused: crc 0 cobs 1 length 0")
+    failed = subprocess.run([program, str(tmp_path / "none")], capture_output=True, text=True)
+    assert failed.returncode == 2 and failed.stderr.count("\n") == 1
+
+
+def test_the_arduino_library(tmp_path):
+    folder = LIBRARY.parent
+    properties = dict(line.split("=", 1) for line in (folder / "library.properties").read_text().splitlines())
+    assert properties["version"] == larics.__version__ and properties["includes"] == "larics.h"
+    if not shutil.which("g++"):
+        pytest.skip("no g++")
+    sketch = folder / "examples" / "FollowMarker" / "FollowMarker.ino"
+    target = tmp_path / "larics.o"
+    subprocess.run(["gcc", *STRICT, "-c", str(LIBRARY / "larics.c"), "-o", str(target)], check=True)
+    command = ["g++", "-Wall", "-Wextra", "-Werror", "-I", str(LIBRARY), '-DSKETCH="%s"' % sketch]
+    command += [str(HERE / "arduino" / "sketch.cpp"), str(target), "-o", str(tmp_path / "sketch")]
+    subprocess.run(command, check=True)
+    for y_mm10, turn in ((500, "1"), (-500, "-1"), (0, "0")):
+        lines = run(tmp_path / "sketch", data=marker_frames(y_mm10)).stdout.decode().splitlines()
+        assert lines[0] == "turn %s speed 100" % turn
+        assert lines[-1] == "turn 0 speed 0"  # nothing new came: it has stopped
+    lines = run(tmp_path / "sketch", data=marker_frames(None)).stdout.decode().splitlines()
+    assert set(lines) == {"turn 0 speed 0"}
