@@ -136,3 +136,16 @@ def test_no_frame_overflows_a_whole_detector():
     for executor in ("numba", "plain", "micropython"):
         found = execute(executor, "detectors.py", "paper", "detector")
         assert found.stdout == expected.stdout, executor
+
+
+def test_golden_frames_give_the_same_detections():
+    """Of both methods: compiled by numba and by MicroPython on all frames, interpreted on small ones."""
+    files = sorted(str(path) for path in (ROOT / "tests" / "frames").glob("*.pgm"))
+    small = [file for file in files if "_r16_" in file]
+    assert len(files) >= 30 and len(small) >= 3
+    outputs = [execute(executor, "golden.py", *files) for executor in ("numba", "micropython")]
+    assert outputs[0].stdout.count("Detection(") >= len(files), outputs[0].stderr
+    assert outputs[1].stdout == outputs[0].stdout
+    expected = [line for line in outputs[0].stdout.splitlines() if "_r16_" in line]
+    assert execute("plain", "golden.py", *small).stdout.splitlines() == expected
+    assert execute("strict", "golden.py", *small[:2]).stdout.splitlines() == expected[:4]

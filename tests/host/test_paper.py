@@ -1,6 +1,7 @@
 """The published method against independent float implementations, drawn markers and bad input."""
 
 import math
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,6 +13,8 @@ from larics import detection
 from larics.kernels import paper as kernels
 from larics.marker import CODE_ANGLES_CDEG, LARICS3, LINE, Family
 from larics.paper import PaperDetector
+from larics_host.frames import open_frames
+from larics_host.truth import read_truth
 
 WIDTH, HEIGHT = 120, 90
 RANDOM = np.random.default_rng(1000)
@@ -233,6 +236,23 @@ def test_clean_markers_are_read(radius, size, share):
                 assert found.marker_id == marker_id
                 read += 1
     assert read >= share * tried
+
+
+def test_golden_frames_in_good_light_are_read():
+    folder = Path(__file__).resolve().parents[1] / "frames"
+    found = read = 0
+    truths = [truth for truth in read_truth(folder) if truth.frame.startswith(("sunny", "double", "fast"))]
+    for truth in truths:
+        ((_, frame),) = open_frames([folder / truth.frame])
+        low, high = math.floor(0.85 * truth.radius_px), math.ceil(1.15 * truth.radius_px)
+        detections = PaperDetector(frame.shape[1], frame.shape[0], low, high).detect(frame)
+        for one in detections:
+            if math.hypot(one.x_q8 / 256 - truth.x_px, one.y_q8 / 256 - truth.y_px) < 1.5:
+                found += 1
+                heading = (one.heading_cdeg / 100 - truth.heading_deg + 180) % 360 - 180
+                read += one.marker_id == truth.id and abs(heading) < 6
+    assert len(truths) >= 15
+    assert found >= 0.9 * len(truths) and read >= 0.5 * len(truths)
 
 
 @pytest.mark.parametrize("size", [(80, 60), (81, 61), (160, 120), (360, 296), (640, 480)])
