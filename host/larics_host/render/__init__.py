@@ -4,8 +4,8 @@
     render_view(scene, pose, motion, camera, sensor, rng)   one picture of a given scene; see `view`
 
 Modules: camera (projection, lens, rolling shutter), plates (markers and tags), scene (ceiling and what
-hangs there), clutter (random furniture and light), kernels (compiled loops), optics (blur), sensor (grey
-levels, noise, JPEG), view (one picture and its truth), presets (ranges), furnish (a scene of a preset),
+hangs there), clutter (random furniture and light), rays and painters (compiled loops), optics (blur), sensor
+(grey levels, noise, JPEG), view (one picture and its truth), presets (ranges), furnish (a scene of a preset),
 series (random frames), drive (frames along a path).
 """
 

@@ -7,8 +7,8 @@ x, y, radius that furniture stays clear of.
 import math
 
 from larics.marker import LARICS3
-from larics_host.render import kernels
-from larics_host.render.kernels import BOX, DISC, DOTS, GRILLE, RING, ROD
+from larics_host.render import painters
+from larics_host.render.painters import BOX, DISC, DOTS, GRILLE, RING, ROD
 from larics_host.render.scene import Surface, item, table
 
 TILE_SIZES_MM = ((600.0, 600.0), (625.0, 625.0), (1200.0, 600.0), (300.0, 300.0), (1250.0, 125.0))
@@ -42,7 +42,7 @@ def _place(rng, region):
 def _clear(rows, keep_out):
     """Whether no object of the group covers or touches a place to be kept free."""
     rows = table(rows)
-    return all(kernels.distance(row, x, y) > radius for row in rows for x, y, radius in keep_out)
+    return all(painters.distance(row, x, y) > radius for row in rows for x, y, radius in keep_out)
 
 
 def _smoke_detector(rng, x, y):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from larics_host.render import clutter
-from larics_host.render.kernels import BOX, ROD
+from larics_host.render.painters import BOX, ROD
 from larics_host.render.scene import item, table
 
 

@@ -6,14 +6,14 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from larics_host.render import kernels
-from larics_host.render.kernels import TEXTURE_SIZE
+from larics_host.render import painters
+from larics_host.render.painters import TEXTURE_SIZE
 
-NOTHING = np.zeros((0, kernels.OBJECT_COLUMNS))
+NOTHING = np.zeros((0, painters.OBJECT_COLUMNS))
 
 
 def item(kind, x_mm, y_mm, a_mm, b_mm=0.0, c_mm=0.0, *, angle=0.0, value=0.5, soft_mm=0.0, extra=0.0):
-    """One row of an object table: see the kinds in `kernels`.
+    """One row of an object table: see the kinds in `painters`.
 
     DISC radius a; RING radius a, half width b; BOX half sizes a, b; ROD half length a, half width b;
     GRILLE half sizes a, b, slat pitch c; DOTS disc of radius a, holes of radius c at pitch b. `angle` in rad.
@@ -25,7 +25,7 @@ def item(kind, x_mm, y_mm, a_mm, b_mm=0.0, c_mm=0.0, *, angle=0.0, value=0.5, so
 
 def table(rows):
     """(N, 11) float64 from a list of `item` rows."""
-    return np.array(rows, dtype=float).reshape(-1, kernels.OBJECT_COLUMNS)
+    return np.array(rows, dtype=float).reshape(-1, painters.OBJECT_COLUMNS)
 
 
 @dataclass

@@ -1,11 +1,30 @@
 """The image sensor: from radiance to 8-bit grey levels."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 
-from larics_host.render import kernels
+
+@njit(cache=True, nogil=True)
+def _expose(frame, image, noise, levels):
+    """Radiance (plate's white = 1) -> grey levels with vignetting, shot and read noise, 8 bit.
+
+    levels  float64 [8]: black level, contrast, read noise variance, shot variance per grey level, vignetting
+            (loss at the corner), centre x, y, 1 / corner distance squared
+    """
+    height, width = image.shape
+    for row in range(height):
+        dy = row - levels[6]
+        for column in range(width):
+            dx = column - levels[5]
+            corner = (dx * dx + dy * dy) * levels[7]
+            light = levels[1] * image[row, column] * (1.0 - levels[4] * corner)
+            grey = levels[0] + light
+            grey += noise[row, column] * math.sqrt(levels[2] + levels[3] * max(grey, 0.0))
+            frame[row, column] = int(min(max(grey + 0.5, 0.0), 255.0))
 
 
 @dataclass(frozen=True)
@@ -37,7 +56,7 @@ class Sensor:
         light = (self.black, self.contrast, self.read_noise**2, self.shot_noise, self.vignetting)
         levels = np.array([*light, x, y, 1 / max(x * x + y * y, 1.0)])
         frame = np.empty((height, width), np.uint8)
-        kernels.expose(frame, radiance, noise, levels)
+        _expose(frame, radiance, noise, levels)
         if self.jpeg:
             data = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, self.jpeg])[1]
             frame = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from larics_host.render import kernels
+from larics_host.render import painters, rays
 from larics_host.render.optics import defocus, pixel_samples, smear
 from larics_host.render.scene import texture
 from larics_host.truth import Truth
@@ -130,7 +130,7 @@ class _Pass:
         cam[2], cam[3] = 0.0, 0.0  # the pixel at 0, 0 becomes the principal point
         path = self.path.copy()
         path[6] = 0.0
-        kernels.fill_plane(plane, cam, *self.lens, path, self.scene.ceiling_mm)
+        rays.fill_plane(plane, cam, *self.lens, path, self.scene.ceiling_mm)
         middle = plane[:, 0, 0].astype(float)[None] + (self.pose.x_mm, self.pose.y_mm)
         half = self.exposure_s / 2
         ends = [
@@ -142,43 +142,43 @@ class _Pass:
 
     def run(self, defocus_px):
         plane = self.plane = np.empty((2, *self.shape), np.float32)
-        kernels.fill_plane(plane, self.cam, *self.lens, self.path, self.scene.ceiling_mm)
+        rays.fill_plane(plane, self.cam, *self.lens, self.path, self.scene.ceiling_mm)
         corners = plane[:, (0, 0, -1, -1), (0, -1, 0, -1)].astype(float)
         low, high = corners.min(axis=1), corners.max(axis=1)
         self.middle, self.half = (low + high) / 2, 0.55 * (high - low)
         image = np.empty(self.shape, np.float32)
         surface = self.scene.surface.row(self.pose.x_mm, self.pose.y_mm, self.mm_per_px)
-        kernels.paint_ceiling(image, plane, texture(), surface)
+        painters.paint_ceiling(image, plane, texture(), surface)
         for row, box in self._visible(self.scene.objects):
-            kernels.paint_object(image, plane, row, box, self.mm_per_px)
+            painters.paint_object(image, plane, row, box, self.mm_per_px)
         image = smear(image, self.shift_px)
         for plate in self.scene.plates:
             self._paint_plate(image, plate)
         self._light(image)
         return defocus(image, defocus_px)
 
-    def _visible(self, rows, reach=lambda row: row[kernels.SOFT] / 2):
+    def _visible(self, rows, reach=lambda row: row[painters.SOFT] / 2):
         """(object relative to the vehicle, its box in the frame) of those that may be seen."""
         if not len(rows):
             return
         # far ones go first, all at once
-        size = rows[:, kernels.A] + rows[:, kernels.B] + [reach(row) for row in rows]
-        away_x = np.abs(rows[:, kernels.X] - self.pose.x_mm - self.middle[0]) - self.half[0]
-        away_y = np.abs(rows[:, kernels.Y] - self.pose.y_mm - self.middle[1]) - self.half[1]
+        size = rows[:, painters.A] + rows[:, painters.B] + [reach(row) for row in rows]
+        away_x = np.abs(rows[:, painters.X] - self.pose.x_mm - self.middle[0]) - self.half[0]
+        away_y = np.abs(rows[:, painters.Y] - self.pose.y_mm - self.middle[1]) - self.half[1]
         rows = rows[np.maximum(away_x, away_y) < size]
-        kind, a, b = rows[:, kernels.KIND], rows[:, kernels.A], rows[:, kernels.B]
-        long = np.where(kind == kernels.BOX, a, a + b)
-        wide = np.where((kind == kernels.BOX) | (kind == kernels.GRILLE) | (kind == kernels.ROD), b, long)
+        kind, a, b = rows[:, painters.KIND], rows[:, painters.A], rows[:, painters.B]
+        long = np.where(kind == painters.BOX, a, a + b)
+        wide = np.where((kind == painters.BOX) | (kind == painters.GRILLE) | (kind == painters.ROD), b, long)
         margin = 2 * self.mm_per_px + np.array([reach(row) for row in rows])
         # a dozen points around each, so that a lens cannot bend a part out of the box
         along = np.array([-1, -0.5, 0, 0.5, 1, 1, 1, 0.5, 0, -0.5, -1, -1]) * (long + margin)[:, None]
         across = np.array([-1, -1, -1, -1, -1, 0, 1, 1, 1, 1, 1, 0]) * (wide + margin)[:, None]
-        cos, sin = rows[:, kernels.COS, None], rows[:, kernels.SIN, None]
-        x = rows[:, kernels.X, None] + cos * along - sin * across
-        y = rows[:, kernels.Y, None] + sin * along + cos * across
+        cos, sin = rows[:, painters.COS, None], rows[:, painters.SIN, None]
+        x = rows[:, painters.X, None] + cos * along - sin * across
+        y = rows[:, painters.Y, None] + sin * along + cos * across
         pixels = self._pixels(np.stack([x.ravel(), y.ravel()], axis=1)).reshape(-1, along.shape[1], 2)
-        rows[:, kernels.X] -= self.pose.x_mm
-        rows[:, kernels.Y] -= self.pose.y_mm
+        rows[:, painters.X] -= self.pose.x_mm
+        rows[:, painters.Y] -= self.pose.y_mm
         for row, around in zip(rows, pixels, strict=True):
             box = self._box(around)
             if box is not None:
@@ -232,7 +232,7 @@ class _Pass:
             ]
         )
         view = (self.cam, *self.lens, self.path, self.scene.ceiling_mm)
-        kernels.paint_plate(image, *view, row, *plate.pattern(), samples, box)
+        rays.paint_plate(image, *view, row, *plate.pattern(), samples, box)
 
     def _light(self, image):
         """Occluders, shadows and lamps over the picture of ceiling and plates."""
@@ -240,16 +240,16 @@ class _Pass:
         color = alpha = glow = image  # stand-ins of the right type where a layer is absent
         shade = np.ones(self.shape, np.float32)
         for row, box in self._visible(scene.shades):
-            kernels.paint_shade(shade, self.plane, row, box, self.mm_per_px)
+            painters.paint_shade(shade, self.plane, row, box, self.mm_per_px)
         if len(scene.occluders):
             color, alpha = np.zeros(self.shape, np.float32), np.zeros(self.shape, np.float32)
             for row, box in self._visible(scene.occluders):
-                kernels.paint_occluder(color, alpha, self.plane, row, box, self.mm_per_px)
+                painters.paint_occluder(color, alpha, self.plane, row, box, self.mm_per_px)
             color, alpha = smear(color, self.shift_px), smear(alpha, self.shift_px)
         if len(scene.lamps):
             glow = np.zeros(self.shape, np.float32)
-            for row, box in self._visible(scene.lamps, lambda row: 5 * row[kernels.SOFT]):
-                kernels.paint_glow(glow, self.plane, row, box, self.mm_per_px)
+            for row, box in self._visible(scene.lamps, lambda row: 5 * row[painters.SOFT]):
+                painters.paint_glow(glow, self.plane, row, box, self.mm_per_px)
             glow = smear(glow, self.shift_px)
         layers = np.array([len(scene.occluders) > 0, len(scene.lamps) > 0])
-        kernels.merge(image, color, alpha, shade, glow, layers)
+        painters.merge(image, color, alpha, shade, glow, layers)
