@@ -8,7 +8,8 @@ from faults import Faults
 from health import VERSION, Health
 from larics import messages as m
 from larics.commands import Commands
-from larics.outbox import Outbox
+from larics.encodings import measurement_encoder
+from larics.outbox import Outbox, Uptime
 from larics.protocol import Decoder, Encoder
 from larics.raw import RawSender
 from larics.setting_fields import FIELDS
@@ -49,13 +50,16 @@ class App:
         self.commands = Commands(settings, self.raw, self, boot)
         self.decoder = Decoder(self.commands.on_message)
         self.link = Link(uart, self.decoder.feed)
+        uptime = Uptime()
         self.outbox = Outbox(
             self.link,
             Encoder(clamp=True),  # a device reports the nearest value rather than nothing
             (self.commands, self.raw),
             settings.baud,
             clock.ticks_diff,
+            measurements=measurement_encoder(settings, uptime),
             divider=settings.rate_divider,
+            uptime=uptime,
         )
         self.reports = Reports(self.outbox)
         self.health = Health(boot, self.faults, clock)

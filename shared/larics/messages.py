@@ -124,7 +124,7 @@ MESSAGES = (
             ("version_patch", "B", "", 0, 255, "version of the firmware"),
             ("width", "H", "px", 0, 65535, "frame width"),
             ("height", "H", "px", 0, 65535, "frame height"),
-            ("settings", "B", "", 0, 255, "number of settings; keys are 1..settings"),
+            ("settings", "B", "", 0, 255, "highest key of a setting"),
             ("board", "16s", "", 0, 255, "board name, ASCII, padded with 0"),
             ("unique_id", "12s", "", 0, 255, "unique ID of the processor, padded with 0"),
         ),

@@ -162,7 +162,7 @@ typedef struct {
     uint8_t version_patch; /* version of the firmware */
     uint16_t width; /* frame width, px */
     uint16_t height; /* frame height, px */
-    uint8_t settings; /* number of settings; keys are 1..settings */
+    uint8_t settings; /* highest key of a setting */
     uint8_t board[16]; /* board name, ASCII, padded with 0 */
     uint8_t unique_id[12]; /* unique ID of the processor, padded with 0 */
 } larics_info;
