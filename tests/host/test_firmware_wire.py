@@ -1,0 +1,95 @@
+"""The whole firmware on MicroPython: other encodings and commands over a real pseudo-terminal."""
+
+import time
+
+import pytest
+
+from larics import messages as m
+from larics_host.client import Client, Refused
+from larics_host.render import render_frame
+from tests.host.firmware_process import running_firmware
+
+FAST = ["--set", "baud=921600", "--set", "radius_min_px=25", "--set", "radius_max_px=36"]
+CALIBRATED = ["--set", "focal_q8=153600", "--set", "ceiling_mm10=30000"]
+COUNT = 8
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("frames")
+    frames = []
+    for index in range(COUNT):
+        frame, _ = render_frame("sunny", 1701, index)
+        frames.append(frame.tobytes())
+        (folder / ("f%03d.pgm" % index)).write_bytes(b"P5\n360 296\n255\n" + frames[-1])
+    return folder, frames
+
+
+def everything(folder, *options):
+    """All bytes that the firmware sends until the recording ends."""
+    data = bytearray()
+    with running_firmware(folder, *FAST, "--fps", "10", "--rounds", "2", *options) as (process, _, source):
+        end_s = time.monotonic() + 60
+        while time.monotonic() < end_s:
+            piece = source.read()
+            data += piece
+            if not piece and process.poll() is not None:
+                break
+        output = process.stdout.read()
+    assert process.returncode == 0 and not output, output
+    return bytes(data)
+
+
+def test_mavlink(recording):
+    mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
+    folder, _ = recording
+    parser = mavlink.MAVLink(None)
+    parser.robust_parsing = True
+    found = parser.parse_buffer(everything(folder, "--set", "output=mavlink", *CALIBRATED))
+    targets = [message for message in found if message.get_type() == "LANDING_TARGET"]
+    assert len(targets) >= COUNT
+    for target in targets:
+        assert target.z == pytest.approx(-3, rel=1e-6) and abs(target.x) < 0.9 and abs(target.y) < 1.1
+        assert target.distance == pytest.approx((target.x**2 + target.y**2 + 9) ** 0.5, rel=1e-3)
+    times = [target.time_usec for target in targets]
+    assert times == sorted(times) and times[-1] > times[0]
+    assert any(message.get_type() == "HEARTBEAT" for message in found)
+
+
+def test_text(recording):
+    folder, _ = recording
+    lines = [line for line in everything(folder, "--set", "output=nmea").split(b"\r\n") if b"$PLRC" in line]
+    frames = []
+    for line in lines:
+        body, check = line[line.index(b"$") + 1 :].decode().split("*")
+        expected = 0
+        for character in body:
+            expected ^= ord(character)
+        assert int(check, 16) == expected
+        name, number, *_ = body.split(",")
+        if name == "PLRCM":
+            frames.append(int(number))
+    assert len(frames) >= COUNT and frames == sorted(frames)
+    assert any(b"$PLRCS" in line for line in lines)
+
+
+def test_commands(recording):
+    folder, frames = recording
+    kinds = []
+    with running_firmware(folder, *FAST, "--fps", "10", "--rounds", "0") as (_, _, source):
+        client = Client(source, on_message=lambda number, _, values: kinds.append(number), timeout_s=1)
+        end_s = time.monotonic() + 30
+        while m.MARKER not in kinds and time.monotonic() < end_s:
+            client.decoder.feed(piece := source.read(), len(piece))
+        info = client.info()
+        assert info["board"] == "desk" and (info["width"], info["height"]) == (360, 296)
+        client.set("route", list(range(1, 21)))
+        assert client.get("route") == list(range(1, 21))
+        client.set("rate_divider", 2)
+        assert client.get("rate_divider") == 2
+        with pytest.raises(Refused, match="conflict"):
+            client.set("radius_min_px", 100)
+        kinds.clear()
+        raw = client.raw_frame()
+        assert (raw.width, raw.height) == (360, 296) and raw.pixels in frames
+        assert kinds.count(m.MARKER) > 3
