@@ -25,6 +25,7 @@ COMMANDS = (
     "detect",
     "validate",
     "log",
+    "replay",
     "simulate",
 )
 

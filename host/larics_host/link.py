@@ -1,7 +1,10 @@
 """Reading the camera's wire on a PC: from a serial port, or from a file of recorded bytes."""
 
+import contextlib
 import os
+import signal
 import sys
+import time
 
 import serial
 from serial.tools import list_ports
@@ -9,6 +12,7 @@ from serial.tools import list_ports
 from larics_host.errors import UserError
 
 _PIECE = 4096
+_RETRY_S = 0.2
 
 
 class LinkLost(Exception):
@@ -22,6 +26,7 @@ class SerialSource:
 
     def __init__(self, port, baud=115200, timeout_s=0.1):
         self.name = port
+        self.settings = (port, baud, timeout_s)
         try:
             self._port = serial.Serial(port, baud, timeout=timeout_s, write_timeout=1)
         except (serial.SerialException, OSError, ValueError) as error:
@@ -44,8 +49,64 @@ class SerialSource:
         except (serial.SerialException, OSError) as error:
             raise LinkLost("the port %s vanished or is stuck while writing" % self.name) from error
 
+    def flush(self):
+        """Waits until everything that was written is out."""
+        self._port.flush()
+
     def close(self):
         self._port.close()
+
+
+class ReconnectingSource:
+    """A SerialSource that survives unplugging: `read` returns b"" while the port is gone, and goes on when it
+    is back. `on_change(text)` is told of both."""
+
+    live = True
+
+    def __init__(self, source, on_change=lambda text: print(text, file=sys.stderr)):
+        self.name = source.name
+        self._source = source
+        self._settings = source.settings
+        self._on_change = on_change
+
+    def read(self):
+        if self._source is None:
+            time.sleep(_RETRY_S)
+            try:
+                self._source = SerialSource(*self._settings)
+            except UserError:
+                return b""
+            self._on_change("larics: the port %s is back" % self.name)
+        try:
+            return self._source.read()
+        except LinkLost as error:
+            self._source.close()
+            self._source = None
+            self._on_change("larics: %s; waiting for it" % error)
+            return b""
+
+    def close(self):
+        if self._source is not None:
+            self._source.close()
+
+
+@contextlib.contextmanager
+def stop_on_signals(live):
+    """A function that tells whether Ctrl-C or SIGTERM came. A source that is not live may block for ever,
+    so there they raise KeyboardInterrupt; from a live one nothing that was read gets lost."""
+    came = []
+
+    def note(*_):
+        came.append(True)
+        if not live:
+            raise KeyboardInterrupt
+
+    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 class FileSource:

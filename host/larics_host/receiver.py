@@ -3,6 +3,7 @@
 from larics import protocol
 
 _TEXT_FIELDS = ("board",)
+_NUMBERS = {name: number for name, number, _, _ in protocol.MESSAGES}
 
 
 class Message:
@@ -16,6 +17,22 @@ class Message:
         self.sequence = sequence
         self.fields = fields
         self.time_s = time_s
+
+
+def wire_bytes(encoder, name, sequence, fields):
+    """The bytes that carried a message: the inverse of what `Receiver` makes of them.
+
+    Raises KeyError for an unknown name or a missing field, ValueError or TypeError for a wrong value."""
+    number = _NUMBERS[name]
+    values = []
+    for field, code, *_ in protocol.fields(number):
+        value = fields[field]
+        if code.endswith("s"):
+            data = value.encode("ascii") if field in _TEXT_FIELDS else bytes.fromhex(value)
+            value = data.ljust(int(code[:-1]), b"\0")
+        values.append(value)
+    encoder.sequence = sequence
+    return bytes(encoder.buffer[: encoder.encode(number, values)])
 
 
 class Receiver:

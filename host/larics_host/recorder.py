@@ -1,24 +1,28 @@
-"""Writes received messages to files, each line out of the program as soon as it is complete."""
+"""Writes received messages to files, each out of the program as soon as it is complete."""
 
 import csv
 import json
 import os
+import time
 
 from larics import protocol
 from larics_host.errors import UserError
+from larics_host.mcap_log import McapLog
 
 MARKER_COLUMNS = [field[0] for field in protocol.fields(protocol.MARKER)]
 
 
 class Recorder:
     """PREFIX.csv: one row for each MARKER message; PREFIX.jsonl: one object for each message of any type;
-    with raw=True PREFIX.bin: every byte as it came. `time_s` counts from the start of the log.
+    with raw=True PREFIX.bin: every byte as it came; with mcap=True PREFIX.mcap, see mcap_log. `time_s` counts
+    from the start of the log.
 
     Line-buffered: ending the program by force loses nothing that was received before.
     """
 
-    def __init__(self, prefix, raw=False, force=False):
+    def __init__(self, prefix, raw=False, force=False, mcap=False):
         names = [prefix + ".csv", prefix + ".jsonl"] + ([prefix + ".bin"] if raw else [])
+        names += [prefix + ".mcap"] if mcap else []
         for name in names:
             if os.path.exists(name) and not force:
                 raise UserError("%s exists: choose another -o, or --force to overwrite it" % name)
@@ -31,6 +35,10 @@ class Recorder:
             if raw:
                 self._raw = open(names[2], "wb", buffering=0)  # noqa: SIM115
                 self._open.append(self._raw)
+            self._mcap = None
+            if mcap:
+                self._mcap = McapLog(names[-1], time.time_ns())
+                self._open.append(self._mcap)
         except OSError as error:
             self.close()
             raise UserError("cannot write %s: %s" % (error.filename, error.strerror)) from error
@@ -49,6 +57,8 @@ class Recorder:
         if message.name == "MARKER":
             values = [message.fields[column] for column in MARKER_COLUMNS]
             self._csv.writerow(["%.6f" % message.time_s, message.sequence, *values])
+        if self._mcap is not None:
+            self._mcap.write(message)
 
     def close(self):
         for file in self._open:

@@ -1,16 +1,16 @@
 """`larics log`: records what the camera sends."""
 
 import contextlib
-import signal
 import time
 
 from larics_host.errors import UserError
 
 NAME = "log"
-HELP = "record what the camera sends as CSV and JSON lines, with a live table"
+HELP = "record what the camera sends as CSV, JSON lines and MCAP, with a live table"
 EXAMPLE = """
 larics log --port /dev/ttyACM0                   # until Ctrl-C, into larics-<date>.csv and .jsonl
 larics log --port /dev/ttyUSB0 -o run --seconds 60 --raw
+larics log --port /dev/ttyACM0 -o day --mcap --reconnect    # for Foxglove; goes on after unplugging
 larics log --input run.bin -o again              # decodes recorded bytes once more
 """
 
@@ -22,15 +22,17 @@ def add_arguments(parser):
     source.add_argument("--port", metavar="DEVICE", help="serial port, such as /dev/ttyACM0 or COM3")
     source.add_argument("--input", metavar="FILE", help="a file of raw bytes, - for standard input")
     parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
-    parser.add_argument("-o", "--output", metavar="PREFIX", help="PREFIX.csv, PREFIX.jsonl, PREFIX.bin")
+    parser.add_argument("-o", "--output", metavar="PREFIX", help="PREFIX.csv, PREFIX.jsonl ...")
     parser.add_argument("--seconds", type=float, metavar="N", help="stop after N seconds")
     parser.add_argument("--raw", action="store_true", help="also keep every byte, in PREFIX.bin")
+    parser.add_argument("--mcap", action="store_true", help="also PREFIX.mcap, which Foxglove opens")
+    parser.add_argument("--reconnect", action="store_true", help="wait for a port that has gone to return")
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     parser.add_argument("--quiet", action="store_true", help="no live table")
 
 
 def run(args):
-    from larics_host.link import FileSource, LinkLost, SerialSource
+    from larics_host.link import FileSource, LinkLost, ReconnectingSource, SerialSource, stop_on_signals
     from larics_host.receiver import Receiver
     from larics_host.recorder import Recorder
 
@@ -40,27 +42,23 @@ def run(args):
         raise UserError("--baud %d: give a number above 0" % args.baud)
     source = SerialSource(args.port, args.baud) if args.port else FileSource(args.input)
     prefix = args.output or time.strftime("larics-%Y%m%d-%H%M%S")
-    recorder = Recorder(prefix, raw=args.raw, force=args.force)
+    recorder = Recorder(prefix, raw=args.raw, force=args.force, mcap=args.mcap)
+    if args.port and args.reconnect:
+        source = ReconnectingSource(source)
     receiver = Receiver()
     lost = None
-    previous = signal.signal(signal.SIGTERM, _interrupt)
     try:
-        with contextlib.suppress(KeyboardInterrupt):
-            _record(source, receiver, recorder, args)
+        with stop_on_signals(source.live) as stopped, contextlib.suppress(KeyboardInterrupt):
+            _record(source, receiver, recorder, args, stopped)
     except LinkLost as error:
         lost = error
     finally:
-        signal.signal(signal.SIGTERM, previous)
         recorder.close()
         source.close()
     return _conclude(source, receiver, recorder, lost)
 
 
-def _interrupt(*_):
-    raise KeyboardInterrupt
-
-
-def _record(source, receiver, recorder, args):
+def _record(source, receiver, recorder, args, stopped):
     from larics_host.live import LiveView
 
     view = LiveView(source.name)
@@ -70,13 +68,14 @@ def _record(source, receiver, recorder, args):
         while True:
             data = source.read()
             now_s = time.monotonic()
-            if data is None or (args.seconds is not None and now_s - start_s > args.seconds):
-                show(view.render(receiver.counters))
-                return
-            recorder.write_bytes(data)
-            for message in receiver.feed(data, now_s - start_s):
+            recorder.write_bytes(data or b"")
+            for message in receiver.feed(data or b"", now_s - start_s):
                 recorder.write(message)
                 view.add(message)
+            over = args.seconds is not None and now_s - start_s > args.seconds
+            if data is None or over or stopped():
+                show(view.render(receiver.counters))
+                return
             if now_s - shown_s >= _REFRESH_S:
                 show(view.render(receiver.counters))
                 shown_s = now_s

@@ -1,0 +1,73 @@
+"""A pseudo-terminal that looks like the camera's serial port to whoever opens it."""
+
+import contextlib
+import fcntl
+import os
+import select
+import struct
+import termios
+import time
+import tty
+
+_SETTLE_S = 0.3  # a reader sets up the port, and drops what is in it, right after opening it
+_POLL_S = 0.02
+
+
+class PtyPort:
+    """`device` is the path to open; `wait_for_reader` returns when somebody has. Ends with `close`."""
+
+    def __init__(self):
+        self._master, slave = os.openpty()
+        self.device = os.ttyname(slave)
+        os.close(slave)  # with no end of our own open, the master tells whether somebody else's is
+        os.set_blocking(self._master, False)
+        self._poll = select.poll()
+        self._poll.register(self._master, select.POLLHUP)
+
+    def has_reader(self):
+        return not any(event & select.POLLHUP for _, event in self._poll.poll(0))
+
+    def wait_for_reader(self):
+        while not self.has_reader():
+            time.sleep(_POLL_S)
+        with self._other_end() as slave:
+            tty.setraw(slave)
+        time.sleep(_SETTLE_S)
+
+    @contextlib.contextmanager
+    def _other_end(self):
+        slave = os.open(self.device, os.O_RDWR | os.O_NOCTTY)
+        try:
+            yield slave
+        finally:
+            os.close(slave)
+
+    def write(self, data):
+        """Writes all of it, waiting for the reader. BrokenPipeError when the reader has gone."""
+        view = memoryview(data)
+        while view:
+            if not self.has_reader():
+                raise BrokenPipeError("the reader of %s has gone" % self.device)
+            _, ready, _ = select.select([], [self._master], [], 0.1)
+            if ready:
+                with contextlib.suppress(BlockingIOError):
+                    view = view[os.write(self._master, view) :]
+
+    def read(self):
+        """What the other side sent, b"" when nothing waits."""
+        try:
+            return os.read(self._master, 4096)
+        except (BlockingIOError, OSError):
+            return b""
+
+    def drain(self):
+        """Waits until the reader has taken everything, or has gone."""
+        while self.has_reader():
+            with self._other_end() as slave:
+                waiting = fcntl.ioctl(slave, termios.FIONREAD, bytes(4))
+            if not struct.unpack("i", waiting)[0]:
+                return
+            time.sleep(_POLL_S)
+
+    def close(self):
+        os.close(self._master)

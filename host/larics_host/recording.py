@@ -1,0 +1,150 @@
+"""Recorded logs as the bytes that were on the wire, with the time at which each message was received.
+
+`larics log` leaves PREFIX.jsonl, one message a line, and with --raw PREFIX.bin, every byte as it came.
+"""
+
+import json
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+from larics.protocol import Encoder
+from larics_host.errors import UserError
+from larics_host.receiver import Receiver, wire_bytes
+
+_PIECE = 65536
+
+
+class Piece(NamedTuple):
+    """Bytes up to the end of a message, and when it was received: seconds since the log began, or None."""
+
+    time_s: float | None
+    data: bytes
+
+
+def read_records(path):
+    """Yields the objects of a .jsonl log. UserError where it is none; a last line cut short is left out."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                try:
+                    record = json.loads(line)
+                    _ = record["message"] + "", record["sequence"] + 0, record["time_s"] + 0.0
+                except (ValueError, KeyError, TypeError):
+                    if not line.endswith("\n"):
+                        return  # the log was ended by force in the middle of this line
+                    raise UserError("%s line %d is not from larics log" % (path, number)) from None
+                yield record
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    except UnicodeDecodeError:
+        raise UserError("%s is not from larics log" % path) from None
+
+
+def read_pieces(path):
+    """Yields the Pieces of a log: a .jsonl, or raw bytes, whose times come from the .jsonl beside it.
+
+    Raises UserError when it cannot be read or holds nothing.
+    """
+    path = Path(path)
+    pieces = _pieces_of_records(path) if path.suffix == ".jsonl" else _pieces_of_bytes(path)
+    empty = True
+    for piece in pieces:
+        empty = False
+        yield piece
+    if empty:
+        raise UserError("%s is empty" % path)
+
+
+def _pieces_of_records(path):
+    encoder = Encoder()
+    for number, record in enumerate(read_records(path), 1):
+        try:
+            data = wire_bytes(encoder, record["message"], record["sequence"], record)
+        except (KeyError, ValueError, TypeError) as error:
+            raise UserError("%s line %d is no message: %s" % (path, number, error)) from None
+        yield Piece(record["time_s"], data)
+
+
+def _pieces_of_bytes(path):
+    """Cuts behind each complete message; what is damaged goes with the next one."""
+    times = _times(path.with_suffix(".jsonl"))
+    receiver = Receiver()
+    waiting = bytearray()
+    try:
+        with open(path, "rb") as file:
+            while block := file.read(_PIECE):
+                start = 0
+                while start < len(block):
+                    end = block.find(b"\0", start) + 1 or len(block)
+                    part = block[start:end]
+                    start = end
+                    waiting += part
+                    for message in receiver.feed(part, 0.0):
+                        yield Piece(times(message), bytes(waiting))
+                        waiting.clear()
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    if waiting:
+        yield Piece(None, bytes(waiting))
+
+
+def _times(path):
+    """A function message -> its time by the log beside, None from the first message on that is not there."""
+    records = read_records(path) if path.exists() else iter(())
+
+    def time_of(message):
+        nonlocal records
+        record = next(records, None)
+        if record and (record["message"], record["sequence"]) == (message.name, message.sequence):
+            return record["time_s"]
+        records = iter(())
+        return None
+
+    return time_of
+
+
+class Pacer:
+    """Waits until a Piece is due: at the speed of the recording times `speed`, not at all when that is 0.
+    Bytes whose time is unknown take as long as on a line of `baud`."""
+
+    def __init__(self, speed=1.0, baud=115200):
+        self._speed = speed
+        self._byte_s = 10 / baud
+        self._origin_s = None
+        self._recorded_s = 0.0
+
+    def wait(self, piece):
+        if not self._speed:
+            return
+        if self._origin_s is None:
+            self._origin_s = time.monotonic() - (piece.time_s or 0.0) / self._speed
+        if piece.time_s is None:
+            self._recorded_s += self._byte_s * len(piece.data)
+        else:
+            self._recorded_s = piece.time_s
+        delay_s = self._origin_s + self._recorded_s / self._speed - time.monotonic()
+        if delay_s > 0:
+            time.sleep(delay_s)
+
+
+class RecordedSource:
+    """A log as a source of bytes, like link.SerialSource, at the pace of a Pacer."""
+
+    live = False
+
+    def __init__(self, path, speed=0.0):
+        self.name = str(path)
+        self._pacer = Pacer(speed)
+        self._pieces = read_pieces(path)
+
+    def read(self):
+        """The next bytes when they are due, or None at the end. UserError when the log cannot be read."""
+        piece = next(self._pieces, None)
+        if piece is None:
+            return None
+        self._pacer.wait(piece)
+        return piece.data
+
+    def close(self):
+        self._pieces.close()

@@ -1,0 +1,250 @@
+"""`larics replay`, and what `larics log` adds for it: MCAP, ports that come back, logs read again."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.exceptions import EndOfFile
+from mcap.reader import NonSeekingReader, make_reader
+
+from larics import messages as m
+from larics import protocol
+from larics_host import cli, link
+from larics_host.pty_pair import PtyPair
+from larics_host.receiver import Receiver, wire_bytes
+from larics_host.recording import Pacer, Piece, read_pieces
+from tests.host.test_dual import ROOT
+from tests.host.test_log import larics, marker_values, rows, status_values, wait_for_lines, wire, write_all
+
+NOISE = b"\x07garbage\x00\x00"
+
+
+def messages(count=20):
+    encoder = protocol.Encoder()
+    data = NOISE
+    for k in range(count):
+        number, values = (m.STATUS, status_values(frames=k)) if k % 5 == 4 else (m.MARKER, marker_values(k))
+        data += bytes(encoder.buffer[: encoder.encode(number, values)])
+        data += b"\x01\x02" if k == 7 else b""
+    info = [0, 1, 0, 1, 0, 320, 240, 61, b"desk".ljust(16, b"\0"), bytes(range(12))]
+    return data + bytes(encoder.buffer[: encoder.encode(m.INFO, info)])
+
+
+@pytest.fixture
+def log(tmp_path, capsys):
+    """PREFIX of a log with all files, and the bytes it was made of."""
+    (tmp_path / "came.bin").write_bytes(messages())
+    prefix = tmp_path / "run"
+    assert cli.main(["log", "--input", str(tmp_path / "came.bin"), "-o", str(prefix), "--raw", "--mcap"]) == 0
+    capsys.readouterr()
+    return prefix
+
+
+def replayed(*argv):
+    command = [sys.executable, "-m", "larics_host", "replay", *map(str, argv)]
+    environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
+    return subprocess.run(command, capture_output=True, env=environment, timeout=60)
+
+
+def test_raw_bytes_come_again_one_for_one(log):
+    result = replayed(log.with_suffix(".bin"), "--stdout", "--fast", "--rounds", "2")
+    assert result.returncode == 0 and result.stdout == 2 * messages()
+    assert result.stderr.decode().startswith("40 messages, ")
+
+
+def test_json_lines_become_the_same_messages(log, tmp_path, capsys):
+    result = replayed(log.with_suffix(".jsonl"), "--stdout", "--fast")
+    clean = messages().replace(NOISE, b"")
+    # the damaged message is not in the log; every other byte is
+    assert len(clean) - 80 < len(result.stdout) < len(clean)
+    again = tmp_path / "again"
+    (tmp_path / "again.bin").write_bytes(result.stdout)
+    assert cli.main(["log", "--input", str(tmp_path / "again.bin"), "-o", str(again)]) == 0
+
+    def without_time(prefix):
+        records = [json.loads(line) for line in prefix.with_suffix(".jsonl").read_text().splitlines()]
+        return [dict(record, time_s=0) for record in records]
+
+    assert without_time(again) == without_time(log) and len(without_time(log)) == 20
+    assert [dict(row, time_s=0) for row in rows(again.with_suffix(".csv"))] == [
+        dict(row, time_s=0) for row in rows(log.with_suffix(".csv"))
+    ]
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_every_message_goes_to_json_and_back(data):
+    _, number, _, fields = data.draw(st.sampled_from(protocol.MESSAGES))
+    values = []
+    for name, code, _, low, high, _ in fields:
+        if name == "board":
+            values.append(data.draw(st.text("abcXYZ 09-", max_size=16)).encode().ljust(16, b"\0"))
+        elif code.endswith("s"):
+            size = int(code[:-1])
+            values.append(data.draw(st.binary(min_size=size, max_size=size)))
+        else:
+            values.append(data.draw(st.integers(low, high)))
+    encoder = protocol.Encoder()
+    encoder.sequence = data.draw(st.integers(0, 65535))
+    sent = bytes(encoder.buffer[: encoder.encode(number, values)])
+    (message,) = Receiver().feed(sent, 0.0)
+    fields = json.loads(json.dumps(message.fields))
+    assert wire_bytes(protocol.Encoder(), message.name, message.sequence, fields) == sent
+
+
+def test_the_original_pace(log, tmp_path):
+    lines = log.with_suffix(".jsonl").read_text().splitlines()
+    records = [dict(json.loads(line), time_s=5 + 0.03 * k) for k, line in enumerate(lines)]
+    log.with_suffix(".jsonl").write_text("".join(json.dumps(record) + "\n" for record in records))
+    for suffix in (".jsonl", ".bin"):
+        times = [piece.time_s for piece in read_pieces(log.with_suffix(suffix))]
+        assert [time_s for time_s in times if time_s is not None] == [r["time_s"] for r in records]
+    pacer = Pacer(2.0)
+    start_s = time.monotonic()
+    for piece in read_pieces(log.with_suffix(".bin")):
+        pacer.wait(piece)
+    assert 0.28 < time.monotonic() - start_s < 1.0
+    start_s = time.monotonic()
+    pacer = Pacer(1.0, baud=10000)
+    for _ in range(4):
+        pacer.wait(Piece(None, bytes(50)))
+    assert 0.19 < time.monotonic() - start_s < 0.6
+
+
+def test_over_a_pseudo_terminal_into_a_log(log, tmp_path):
+    replay = larics("replay", str(log.with_suffix(".bin")), "--fast")
+    device = replay.stdout.readline().split(":")[0]
+    logging = larics("log", "--port", device, "-o", str(tmp_path / "again"), "--raw")
+    try:
+        said, _ = replay.communicate(timeout=30)
+        assert replay.returncode == 0 and "20 messages" in said
+        logging.communicate(timeout=30)  # the port goes with the replay
+    finally:
+        replay.kill()
+        logging.kill()
+    assert (tmp_path / "again.bin").read_bytes() == messages()
+    assert len(rows(tmp_path / "again.csv")) == len(rows(log.with_suffix(".csv")))
+
+
+def test_over_a_serial_port(log, tmp_path):
+    with PtyPair() as cable:
+        logging = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "again"), "--raw")
+        wait_for_lines(tmp_path / "again.csv", 1)
+        result = replayed(log.with_suffix(".bin"), "--port", cable.device_a, "--fast")
+        assert result.returncode == 0
+        wait_for_lines(tmp_path / "again.csv", len(rows(log.with_suffix(".csv"))) + 1)
+        logging.send_signal(signal.SIGINT)
+        logging.communicate(timeout=20)
+    assert (tmp_path / "again.bin").read_bytes() == messages()
+
+
+def test_mcap_holds_every_message_with_its_schema(log):
+    with open(log.with_suffix(".mcap"), "rb") as file:
+        reader = make_reader(file)
+        assert reader.get_summary().statistics.message_count == 20
+        found = list(reader.iter_messages(log_time_order=False))
+    records = [json.loads(line) for line in log.with_suffix(".jsonl").read_text().splitlines()]
+    assert len(found) == len(records)
+    for (schema, channel, message), record in zip(found, records, strict=True):
+        assert channel.topic == "/larics/" + record["message"].lower() and channel.message_encoding == "json"
+        assert schema.encoding == "jsonschema" and schema.name == "larics." + record["message"]
+        content = json.loads(message.data)
+        properties = json.loads(schema.data)["properties"]
+        assert set(content) == set(properties) and message.sequence == record["sequence"]
+        assert all(record[key] == content[key] for key in content)
+        for key, value in content.items():
+            if properties[key]["type"] == "integer":
+                assert properties[key]["minimum"] <= value <= properties[key]["maximum"]
+        assert message.log_time - message.publish_time == 1000 * content.get("age_us", 0)
+
+
+def test_nothing_is_lost_when_the_log_is_killed(tmp_path):
+    with PtyPair() as cable:
+        process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--mcap")
+        wait_for_lines(tmp_path / "run.csv", 1)
+        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(30)]))
+        wait_for_lines(tmp_path / "run.csv", 31)
+        time.sleep(0.1)
+        process.kill()
+        process.communicate(timeout=20)
+    with open(tmp_path / "run.mcap", "rb") as file:
+        reader = NonSeekingReader(file)
+        frames = []
+        with pytest.raises(EndOfFile):  # there is no end of the file
+            for _, _, message in reader.iter_messages(log_time_order=False):
+                frames.append(json.loads(message.data)["frame"])
+    assert frames == list(range(30))
+    (tmp_path / "cut.jsonl").write_text((tmp_path / "run.jsonl").read_text()[:-9])
+    assert len(list(read_pieces(tmp_path / "cut.jsonl"))) == 29
+
+
+def test_a_port_that_returns(tmp_path):
+    name = tmp_path / "port"
+    with PtyPair() as cable:
+        name.symlink_to(cable.device_b)
+        process = larics("log", "--port", str(name), "-o", str(tmp_path / "run"), "--reconnect", "--raw")
+        wait_for_lines(tmp_path / "run.csv", 1)
+        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(5)]))
+        wait_for_lines(tmp_path / "run.csv", 6)
+        name.unlink()
+    assert "vanished while reading; waiting for it" in process.stderr.readline()
+    with PtyPair() as cable:
+        name.symlink_to(cable.device_b)
+        assert "is back" in process.stderr.readline()
+        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(5, 12)]))
+        wait_for_lines(tmp_path / "run.csv", 13)
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=20)
+    assert process.returncode == 0 and "12 messages received" in out and not err
+    assert [int(row["frame"]) for row in rows(tmp_path / "run.csv")] == list(range(12))
+
+
+def test_a_signal_while_data_is_at_hand_loses_none(tmp_path, monkeypatch, capsys):
+    """The signal comes between reading and writing, the worst moment."""
+
+    class Source:
+        live, name = True, "fake"
+
+        def read(self):
+            os.kill(os.getpid(), signal.SIGINT)
+            return wire((m.MARKER, marker_values(1)))
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(link, "SerialSource", lambda port, baud: Source())
+    assert threading.current_thread() is threading.main_thread()
+    assert cli.main(["log", "--port", "x", "-o", str(tmp_path / "run")]) == 0
+    assert len(rows(tmp_path / "run.csv")) == 1
+
+
+@pytest.mark.parametrize(
+    "argv, part",
+    [
+        (["none.bin"], "cannot read none.bin"),
+        (["none.jsonl"], "cannot read none.jsonl"),
+        (["empty.bin"], "empty.bin is empty"),
+        (["bad.jsonl"], "bad.jsonl line 1 is not from larics log"),
+        (["odd.jsonl"], "odd.jsonl line 1 is no message"),
+        (["empty.bin", "--speed", "0"], "--speed 0"),
+        (["empty.bin", "--rounds", "-1"], "--rounds -1"),
+        (["empty.bin", "--baud", "0"], "--baud 0"),
+        (["good.bin", "--port", "/dev/nothing-here"], "no port /dev/nothing-here"),
+    ],
+)
+def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "empty.bin").write_bytes(b"")
+    (tmp_path / "good.bin").write_bytes(messages())
+    (tmp_path / "bad.jsonl").write_text("{}\n{}\n")
+    (tmp_path / "odd.jsonl").write_text('{"message": "MARKER", "sequence": 1, "time_s": 0.5}\n')
+    assert cli.main(["replay", *argv]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("larics: ") and part in err and err.count("\n") == 1
