@@ -151,6 +151,8 @@ METHODS = {
     "hough": ("cv2.HoughCircles", "larics", lambda width, height, radius_px: HoughCircles(radius_px)),
 }
 
+WITHOUT_ID = ("hough",)
+
 
 def label(name):
     return METHODS[name][0]

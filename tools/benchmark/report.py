@@ -7,8 +7,8 @@ _COLUMNS = (
     ("frames", 7, lambda r: "%d" % r["frames"]),
     ("detected", 9, lambda r: _number(r["detected_pct"], "%.2f%%")),
     ("read", 8, lambda r: _number(r["read_pct"], "%.2f%%")),
-    ("wrong", 6, lambda r: "%d" % r["wrong"]),
-    ("unsure", 7, lambda r: "%d" % r["uncertain"]),
+    ("wrong", 6, lambda r: _number(r["wrong"], "%d")),
+    ("unsure", 7, lambda r: _number(r["uncertain"], "%d")),
     ("false+", 7, lambda r: "%d" % r["false_positives"]),
     ("centre med/p95", 16, lambda r: _pair(r["centre_median_px"], r["centre_p95_px"])),
     ("heading med/p95", 17, lambda r: _pair(r["heading_median_deg"], r["heading_p95_deg"])),
@@ -38,7 +38,10 @@ def quality(results):
     """{preset: {method: row}} as a table."""
     lines = [heading("preset / method (errors: px, deg)")]
     for preset, rows in results.items():
-        lines.extend(line("%s  %s" % (preset, methods.label(name)), row) for name, row in rows.items())
+        for name, row in rows.items():
+            if name in methods.WITHOUT_ID:
+                row = dict(row, read_pct=None, wrong=None, uncertain=None)
+            lines.append(line("%s  %s" % (preset, methods.label(name)), row))
         lines.append("")
     return "\n".join(lines)
 
