@@ -1,4 +1,5 @@
-"""Writes what is derived from the wire's definition: the C library's tables and the tables of docs/wire.md.
+"""Writes what is derived from the wire's definition: the C library's tables and the tables of
+docs/wire.md and README.md.
 
     python tools/make_protocol.py [--check]
 
@@ -14,10 +15,28 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "shared"))
 
 from larics import codes, messages, protocol, setting_fields  # noqa: E402
+from larics.mavlink import MavlinkEncoder  # noqa: E402
+from larics.nmea import NmeaEncoder  # noqa: E402
+from larics.outbox import Uptime  # noqa: E402
 
 HEADER = ROOT / "firmware" / "vehicle" / "src" / "larics.h"
 SOURCE = ROOT / "firmware" / "vehicle" / "src" / "larics.c"
 DOCUMENT = ROOT / "docs" / "wire.md"
+README = ROOT / "README.md"
+
+# a usual message of each kind, to tell how long it is in other encodings
+EXAMPLES = (
+    (messages.MARKER, (123456, 16650, 4, 3, 0, 1, 1234, -567, 25000, 9005, 200, 7745)),
+    (messages.POSE, (123456, 16650, 2, 3, -123456, 65432, 35999, 15, 120, 12, 27000)),
+    (
+        messages.STATUS,
+        (
+            *(0, 1, 0, 1, 86400, 123456, 12, 123450, 123, 0, 0, 0, 0, 0, 0, 2),
+            *(5000, 600, 110, 6000, 16667, 9000, 25000, 123456),
+        ),
+    ),
+)
+NOTHING_SEEN = (123457, 16650, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0)
 
 C_TYPES = {"B": "uint8_t", "H": "uint16_t", "I": "uint32_t", "i": "int32_t"}
 KINDS = {"B": "U8", "H": "U16", "I": "U30", "i": "I30"}
@@ -126,15 +145,31 @@ def overview():
     return table(("type", "name", "direction", "bytes on the line", "meaning"), rows)
 
 
+def lines_of_text():
+    """The EXAMPLES as NmeaEncoder writes them, and a frame without a marker."""
+    encoder = NmeaEncoder()
+    lines = []
+    for number, values in (*EXAMPLES, (messages.MARKER, NOTHING_SEEN)):
+        size = encoder.encode(number, values)
+        lines.append(bytes(encoder.buffer[:size]).decode())
+    return lines
+
+
 def rates():
     """Share of the line at 60 frames/s, ten bits a byte."""
     size = protocol.frame_size
     marker, pose, status = size(messages.MARKER), size(messages.POSE), size(messages.STATUS)
+    text = [len(line) for line in lines_of_text()]
+    encoder = MavlinkEncoder(Uptime())
+    mavlink = [encoder.encode(number, values) for number, values in EXAMPLES]
     cases = (
         ("MARKER", marker * 60),
         ("MARKER, POSE, STATUS", (marker + pose) * 60 + status),
         ("three MARKERs, POSE, STATUS", (3 * marker + pose) * 60 + status),
         ("MARKER, POSE, STATUS, rate_divider 3", (marker + pose) * 20 + status),
+        ("nmea: MARKER, POSE, STATUS", (text[0] + text[1]) * 60 + text[2]),
+        ("mavlink: LANDING_TARGET, HEARTBEAT", mavlink[0] * 60 + mavlink[2]),
+        ("mavlink: with VISION_POSITION_ESTIMATE", (mavlink[0] + mavlink[1]) * 60 + mavlink[2]),
     )
     rows = []
     for title, bytes_a_second in cases:
@@ -157,6 +192,7 @@ def settings_table():
 
 def document_parts():
     parts = {"overview": overview(), "rates": rates(), "settings": settings_table()}
+    parts["text"] = "\n".join("    " + line.rstrip() for line in lines_of_text())
     blocks = []
     for name, number, meaning, fields in messages.MESSAGES:
         blocks.append("### %s (%d): %s\n\n%s" % (name, number, meaning, fields_table(fields)))
@@ -188,6 +224,8 @@ def targets():
         begin, end = "<!-- generated: begin %s -->" % name, "<!-- generated: end %s -->" % name
         text = replaced(text, "\n" + content + "\n", begin, end)
     yield DOCUMENT, text
+    begin, end = "<!-- wire:begin -->", "<!-- wire:end -->"
+    yield README, replaced(README.read_text(), "\n" + overview() + "\n", begin, end)
 
 
 def main(arguments):
