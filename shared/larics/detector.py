@@ -310,7 +310,7 @@ class Detector:
             self._edges, edges, x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, scale.edges.half_line_q8
         ):
             return verdicts.NO_RADIUS
-        if not (rings.refine(frame, 6, 2, 192) and rings.refine(frame, 8, 3, 96)):
+        if not rings.refine(frame, 8, 3, 192):
             return verdicts.NO_FIT
         verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         if verdict != verdicts.ACCEPTED:

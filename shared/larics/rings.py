@@ -12,7 +12,8 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.fixed import AXES, COSINE, LOG_GREY, ROOT
+from larics import tables
+from larics.fixed import AXES, LOG_GREY, ROOT
 from larics.kernels import rings as kernels
 
 SECTORS = const(32)
@@ -63,6 +64,8 @@ class RingFit:
         # difference
         square = inner_q10 * inner_q10
         self._beyond_q8 = ((1 << 20) + square) * 128 // ((1 << 20) - square)
+        self.skipped_outer = self.skipped_inner = 0
+        self._window_q8 = self._clip = self._least = self._limit_q10 = 0
         self.x_q8 = self.y_q8 = self.x_q10 = self.y_q10 = self.true_x_q10 = self.true_y_q10 = 0
         self.radius_q8 = self.inner_q8 = self.bulge_cos = self.bulge_sin = 0
         self.area = self.outer_area = self.inner_area = 0
@@ -102,14 +105,17 @@ class RingFit:
         self.inner_q8 = radius_q8 * self.inner_q10 >> 10
         self.bulge_cos = self.bulge_sin = 0
         self.area = 0
+        self._clear_skip()
+
+    def _clear_skip(self):
         for sector in range(SECTORS):
             self.skip[sector] = 0
+        self.skipped_outer = self.skipped_inner = 0
 
     def skip_lines(self, lines):
         """Leaves out of the next pass the sectors where a line meets the outer or the inner ring."""
         skip = self.skip
-        for sector in range(SECTORS):
-            skip[sector] = 0
+        self._clear_skip()
         angle = lines.angle_turn16
         for position in range(0, 8, 2):
             bit = SKIP_OUTER if position == 0 else SKIP_INNER
@@ -119,44 +125,35 @@ class RingFit:
                 while first <= last:
                     skip[first & 31] |= bit
                     first += 1
+                    if position:
+                        self.skipped_inner += 1
+                    else:
+                        self.skipped_outer += 1
             angle -= 16384
 
-    def refine(self, frame, lines, rounds, limit_q10):
+    def refine(self, frame, lines, rounds, limit_q8):
         """One pass over both rings with about `lines` crossings a quarter ring; False when they do not hold.
 
-        limit_q10: largest residual that counts, in 1024ths of the window."""
+        rounds: of the robust harmonics; limit_q8: largest residual that counts, in 256ths of the window."""
         radius_q8 = self.radius_q8
         x_q8 = (self.x_q10 + 2) >> 2
         y_q8 = (self.y_q10 + 2) >> 2
         if radius_q8 < _RADIUS_FLOOR_Q8 or not (0 <= x_q8 >> 8 < self.width and 0 <= y_q8 >> 8 < self.height):
             return False
-        window_q8 = radius_q8 * self._gap_q10 >> 10
-        if window_q8 < _WINDOW_FLOOR_Q8:
-            window_q8 = _WINDOW_FLOOR_Q8
-        if window_q8 > _WINDOW_CAP_Q8:
-            window_q8 = _WINDOW_CAP_Q8
+        window_q8 = min(max(radius_q8 * self._gap_q10 >> 10, _WINDOW_FLOOR_Q8), _WINDOW_CAP_Q8)
         line_q8 = radius_q8 * self.line_q10 >> 10
         area = self.area
-        clip = (area << 5) // line_q8 if area else _FIRST_CLIP
-        least = area * 3 >> 3 if area else _LEAST_DEPTH * line_q8 >> 8
-        limit_q10 = window_q8 * limit_q10 >> 8
-        result = self._result
+        self._window_q8 = window_q8
+        self._clip = (area << 5) // line_q8 if area else _FIRST_CLIP
+        self._least = area * 3 >> 3 if area else _LEAST_DEPTH * line_q8 >> 8
+        self._limit_q10 = window_q8 * limit_q8 >> 6
         self.x_q8 = x_q8
         self.y_q8 = y_q8
-        # the line's width hardly changes between the rings, so both are measured in the same way
-        self.crossings += kernels.ring_crossings(
-            0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, radius_q8, window_q8,
-            max(1, (radius_q8 * 362 >> 16) // lines), clip, ROOT, self.bulge_cos, self.bulge_sin, limit_q10,
-            least, self._sectors,
-        )  # fmt: skip
-        used = kernels.ring_harmonics(
-            self._sectors, 0, 0, self.outer_means, self.skip, SKIP_OUTER, COSINE, rounds, _SECTOR_FLOOR_Q10,
-            result
-        )
-        self.used_outer = used
-        self.inside_outer = result[7]
-        if used * 2 < self.inside_outer or used < 8:
+        result = self._result
+        if not self._measure(frame, radius_q8, 1024, lines, rounds, SKIP_OUTER, self.outer_means):
             return False
+        self.used_outer = result[6]
+        self.inside_outer = result[7]
         outer_r = result[0]
         outer_x = result[1]
         outer_y = result[2]
@@ -166,19 +163,10 @@ class RingFit:
         self.outer_area = result[8]
         inner_q8 = self.inner_q8
         ratio = self.inner_q10
-        self.crossings += kernels.ring_crossings(
-            0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, inner_q8, window_q8,
-            max(1, (inner_q8 * 362 >> 16) // lines), clip, ROOT, self.bulge_cos * ratio >> 10,
-            self.bulge_sin * ratio >> 10, limit_q10, least, self._sectors,
-        )  # fmt: skip
-        used = kernels.ring_harmonics(
-            self._sectors, 0, 0, self.inner_means, self.skip, SKIP_INNER, COSINE, rounds, _SECTOR_FLOOR_Q10,
-            result
-        )
-        self.used_inner = used
-        self.inside_inner = result[7]
-        if used * 2 < self.inside_inner or used < 8:
+        if not self._measure(frame, inner_q8, ratio, lines, rounds, SKIP_INNER, self.inner_means):
             return False
+        self.used_inner = result[6]
+        self.inside_inner = result[7]
         self.deviation_inner_q10 = result[5]
         self.inner_area = result[8]
         self.area = (self.outer_area + self.inner_area) >> 1
@@ -189,6 +177,19 @@ class RingFit:
         self.bulge_cos += (bulge_cos + (result[3] << 10) // ratio) >> 1
         self.bulge_sin += (bulge_sin + (result[4] << 10) // ratio) >> 1
         return self._correct_perspective(outer_x - result[1], outer_y - result[2])
+
+    def _measure(self, frame, radius_q8, ratio_q10, lines, rounds, skip_bit, means):
+        """One ring's crossings and their harmonics; False when fewer than half of its sectors agree."""
+        self.crossings += kernels.ring_crossings(
+            0, 0, 0, frame, LOG_GREY, self.width, self.height, self.x_q8, self.y_q8, radius_q8,
+            self._window_q8, max(1, (radius_q8 * 362 >> 16) // lines), self._clip, ROOT,
+            self.bulge_cos * ratio_q10 >> 10, self.bulge_sin * ratio_q10 >> 10, self._limit_q10, self._least,
+            self.skip, skip_bit, self._sectors,
+        )  # fmt: skip
+        used = kernels.ring_harmonics(
+            0, 0, 0, self._sectors, means, tables.HARMONICS_8, rounds, _SECTOR_FLOOR_Q10, self._result
+        )
+        return used >= 8 and used * 2 >= self._result[7]
 
     def _correct_perspective(self, dx_q10, dy_q10):
         """The projected centre from the distance of the rings' centres, weighted by how sure it is.

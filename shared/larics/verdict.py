@@ -76,8 +76,8 @@ class Judge:
         residual = (rings.deviation_outer_q10 + rings.deviation_inner_q10) * 256 // radius_q8
         bulge = max(abs(rings.bulge_cos), abs(rings.bulge_sin))
         if (
-            rings.inside_outer >= 20
-            and rings.inside_inner >= 24
+            rings.inside_outer + rings.skipped_outer >= 20
+            and rings.inside_inner + rings.skipped_inner >= 24
             and self._rule(outer - 36, 20)
             and self._rule(inner - 36, 20)
             and self._rule(outer + inner - 80, 36)

@@ -280,9 +280,9 @@ def code_positions(
                 return 0
             if (y >> 8) + 1 >= height or (end >> 8) + 1 >= height:
                 return 0
-            # the samples of the line, then the two ends, which make the baseline
+            # the samples of the line between the two ends, which make the baseline
             base = 0
-            end = 0
+            value = 0
             sum = 0
             i = 0
             while i < 9:
@@ -296,13 +296,12 @@ def code_positions(
                 value = int(log[(upper + (((value - upper) * (y & 255)) >> 8) + 128) >> 8])
                 if i == 0:
                     base = value
-                elif i == 8:
-                    end = value
-                else:
-                    sum += value
+                sum += value
                 x += dx
                 y += dy
                 i += 1
+            end = value
+            sum = sum - base - end
             level += base + end
             mean += (((base + end) * 7 >> 1) - sum) * spacing
             if end < base:

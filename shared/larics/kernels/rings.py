@@ -147,7 +147,7 @@ def choose_radius(
 def ring_crossings(
     position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
     radius: int, window: int, step: int, clip: int, roots: ptr16, bulge_cos: int, bulge_sin: int, limit: int,
-    least_area: int, sectors: ptr32,
+    least_area: int, skip: ptr8, skip_bit: int, sectors: ptr32,
 ) -> int:  # fmt: skip
     """Where pixel rows (within 45 degrees of x) and columns (the others) cross a dark ring line.
 
@@ -158,7 +158,7 @@ def ring_crossings(
     (1/1024 px); least_area: smallest darkness times width that counts (log units * px). sectors: 32 x
     (crossings inside the frame, their area, those that count, sum of residual + 32768 in 1/1024 px) are
     added to. Returns the number of crossings tried."""
-    tried = 0
+    measured = 0
     radius2 = radius * radius
     swap = 0
     while swap < 2:
@@ -203,12 +203,21 @@ def ring_crossings(
                     sector = 2
                     if value >= 569:
                         sector = 3
-            crossing = centre_along - height_q8
+            cos2 = (along_q10 * along_q10 - across_q10 * across_q10) >> 10
+            sin2 = (along_q10 * across_q10) >> 9
+            if swap:
+                cos2 = 0 - cos2
+                sector = 7 - sector
+                if across_q10 < 0:
+                    sector = 15 - sector
+            elif across_q10 < 0:
+                sector = 31 - sector
+            crossing = centre_along + height_q8
             side = 0
             while side < 2:
                 pixel = (crossing + 128) >> 8
-                tried += 1
-                if pixel - half >= 0 and pixel + half < pixels:
+                if (int(skip[sector]) & skip_bit) == 0 and pixel - half >= 0 and pixel + half < pixels:
+                    measured += 1
                     position = line * line_pitch + (pixel - half) * along
                     value = position + (half + half) * along
                     near = int(log[int(image[position])]) + int(log[int(image[position + along])])
@@ -236,21 +245,7 @@ def ring_crossings(
                             area += value
                         moment += area
                         i -= 1
-                    base = sector
-                    if swap:
-                        base = 7 - sector
-                        if across_q10 < 0:
-                            base = 8 + sector
-                        if side == 0:
-                            base = 31 - base
-                    else:
-                        if across_q10 < 0:
-                            base = 31 - sector
-                        if side == 0:
-                            base = 15 - base
-                            if base < 0:
-                                base += 32
-                    base = base << 2
+                    base = sector << 2
                     position = (area * along_q10) >> 10
                     sectors[base] = int(sectors[base]) + 1
                     sectors[base + 1] = int(sectors[base + 1]) + position
@@ -258,60 +253,58 @@ def ring_crossings(
                         value = (((half + 1) * area - moment) << 10) // area
                         value += ((pixel << 8) - crossing) << 2
                         value = value * along_q10
-                        if side == 0:
+                        if side:
                             value = 0 - value
-                        value = (value + 512) >> 10
-                        cos2 = (along_q10 * along_q10 - across_q10 * across_q10) >> 10
-                        sin2 = (along_q10 * across_q10) >> 9
-                        if swap:
-                            cos2 = 0 - cos2
-                        if side == 0:
-                            sin2 = 0 - sin2
-                        value = value - ((cos2 * bulge_cos + sin2 * bulge_sin) >> 10)
+                        value = ((value + 512) >> 10) - ((cos2 * bulge_cos + sin2 * bulge_sin) >> 10)
                         if value < limit and 0 - limit < value:
                             sectors[base + 2] = int(sectors[base + 2]) + 1
                             sectors[base + 3] = int(sectors[base + 3]) + value + 32768
-                crossing = centre_along + height_q8
+                # the other side of the ring
+                sector = 15 - sector
+                if swap:
+                    sector += 16
+                elif sector < 0:
+                    sector += 32
+                sin2 = 0 - sin2
+                crossing = centre_along - height_q8
                 side += 1
             line += step
         swap += 1
-    return tried
+    return measured
 
 
 @micropython.viper
 def ring_harmonics(
-    sectors: ptr32, i: int, residual: int, means: ptr32, skip: ptr8, skip_bit: int, cosine: ptr16,
-    rounds: int, floor: int, result: ptr32,
-) -> int:  # fmt: skip
+    slot: int, i: int, residual: int, sectors: ptr32, means: ptr32, units: ptr8, rounds: int, floor: int,
+    result: ptr32
+) -> int:
     """Harmonics 0..2 of the residual over the 32 sectors, with outliers left out; the sectors are cleared.
 
-    Sectors without crossings, with skip[sector] & skip_bit, or further than `floor` (1/1024 px) and four
-    times the mean deviation from the harmonics are left out; repeated projection (`rounds` times, 1..8)
-    makes up for the gaps. sectors: as in `ring_crossings`, up to 255 crossings each; means: 64 items of
-    scratch space (second half: mean area of each sector + 1, or 0 where the sector is outside the frame);
-    cosine: fixed.COSINE. result: constant, cos, sin, cos 2, sin 2 (1/1024 px), mean deviation (1/1024 px),
-    sectors used, sectors inside the frame, mean area of the used ones, crossings that count. Returns the
-    number of sectors used."""
-    i = 0
+    Sectors without crossings, and those farther than `floor` (1/1024 px) and four times the mean deviation
+    from the harmonics, are left out; repeated projection (`rounds` times, 1..8) makes up for the gaps.
+    sectors: as in `ring_crossings`, up to 255 crossings each; means: 64 items of scratch space (second half:
+    mean area of each sector + 1, or 0 where there was none); units: tables.HARMONICS_8.
+    result: constant, cos, sin, cos 2, sin 2 (1/1024 px), mean deviation (1/1024 px), sectors used, sectors
+    with crossings, mean area of the used ones. Returns the number of sectors used."""
     inside = 0
-    total = 0
+    i = 0
+    slot = 0
     while i < 32:
-        residual = int(sectors[(i << 2) + 2])
-        tried = int(sectors[i << 2])
-        total += residual
         means[i] = 0
         means[i + 32] = 0
-        if tried > 0:
+        residual = int(sectors[slot])
+        if residual > 0:
             inside += 1
-            means[i + 32] = int(sectors[(i << 2) + 1]) // tried + 1
-            if residual * 2 >= tried and (int(skip[i]) & skip_bit) == 0:
-                means[i] = int(sectors[(i << 2) + 3]) // residual
-        sectors[i << 2] = 0
-        sectors[(i << 2) + 1] = 0
-        sectors[(i << 2) + 2] = 0
-        sectors[(i << 2) + 3] = 0
+            means[i + 32] = int(sectors[slot + 1]) // residual + 1
+            if int(sectors[slot + 2]) * 2 >= residual:
+                means[i] = int(sectors[slot + 3]) // int(sectors[slot + 2])
+            sectors[slot] = 0
+            sectors[slot + 1] = 0
+            sectors[slot + 2] = 0
+            sectors[slot + 3] = 0
+        slot += 4
         i += 1
-    a0 = 0
+    a0 = 32768
     a1 = 0
     b1 = 0
     a2 = 0
@@ -319,50 +312,79 @@ def ring_harmonics(
     limit = 1048576
     deviation = 0
     used = 0
-    area = 0
     while rounds > 0:
         used = 0
-        area = 0
         deviation = 0
         s0 = 0
         sa1 = 0
         sb1 = 0
         sa2 = 0
         sb2 = 0
-        i = 0
-        while i < 32:
-            residual = int(means[i])
-            if residual > 0:
-                ca1 = (int(cosine[i * 8 + 4]) - 32768) >> 6
-                cb1 = (32768 - int(cosine[i * 8 + 68])) >> 6
-                ca2 = (int(cosine[(i * 16 + 8) & 255]) - 32768) >> 6
-                cb2 = (32768 - int(cosine[((i * 16 + 8) & 255) + 64])) >> 6
-                residual = residual - 32768 - a0 - ((a1 * ca1 + b1 * cb1 + a2 * ca2 + b2 * cb2) >> 8)
-                if residual < limit and 0 - limit < residual:
-                    used += 1
-                    area += int(means[i + 32])
-                    s0 += residual
-                    sa1 += residual * ca1
-                    sb1 += residual * cb1
-                    sa2 += residual * ca2
-                    sb2 += residual * cb2
-                    if residual < 0:
-                        residual = 0 - residual
-                    deviation += residual
-            i += 1
+        unit = 0
+        while unit < 32:
+            # four sectors a quarter turn apart share their harmonics but for signs: from the last to the
+            # first
+            ca1 = int(units[unit]) - 128
+            cb1 = int(units[unit + 1]) - 128
+            ca2 = int(units[unit + 2]) - 128
+            cb2 = int(units[unit + 3]) - 128
+            next1 = 0 - a1 * ca1 - b1 * cb1
+            model1 = a1 * cb1 - b1 * ca1
+            model2 = 0 - a2 * ca2 - b2 * cb2
+            fold_a = 0
+            fold_b = 0
+            fold_2 = 0
+            i = 24 + (unit >> 2)
+            while i >= 0:
+                residual = int(means[i])
+                if residual > 0:
+                    residual = residual - a0 - ((model1 + model2) >> 7)
+                    if residual < limit and 0 - limit < residual:
+                        used += 1
+                        s0 += residual
+                        if residual < 0:
+                            deviation -= residual
+                        else:
+                            deviation += residual
+                    else:
+                        residual = 0
+                slot = fold_a
+                fold_a = residual - fold_b
+                fold_b = slot
+                fold_2 = residual - fold_2
+                slot = model1
+                model1 = next1
+                next1 = 0 - slot
+                model2 = 0 - model2
+                i -= 8
+            sa1 += fold_a * ca1 - fold_b * cb1
+            sb1 += fold_a * cb1 + fold_b * ca1
+            sa2 += fold_2 * ca2
+            sb2 += fold_2 * cb2
+            unit += 4
         if used > 0:
             a0 += s0 // used
-            a1 += (sa1 + sa1) // (used << 8)
-            b1 += (sb1 + sb1) // (used << 8)
-            a2 += (sa2 + sa2) // (used << 8)
-            b2 += (sb2 + sb2) // (used << 8)
+            i = used << 6
+            a1 += sa1 // i
+            b1 += sb1 // i
+            a2 += sa2 // i
+            b2 += sb2 // i
             deviation = deviation // used
-            area = area // used
         limit = deviation * 4
         if limit < floor:
             limit = floor
         rounds -= 1
-    result[0] = a0
+    area = 0
+    counted = 0
+    i = 0
+    while i < 32:
+        if int(means[i]) > 0:
+            area += int(means[i + 32])
+            counted += 1
+        i += 1
+    if counted < 1:
+        counted = 1
+    result[0] = a0 - 32768
     result[1] = a1
     result[2] = b1
     result[3] = a2
@@ -370,8 +392,7 @@ def ring_harmonics(
     result[5] = deviation
     result[6] = used
     result[7] = inside
-    result[8] = area
-    result[9] = total
+    result[8] = area // counted
     return used
 
 
