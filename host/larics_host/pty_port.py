@@ -11,6 +11,7 @@ import tty
 
 _SETTLE_S = 0.3  # a reader sets up the port, and drops what is in it, right after opening it
 _POLL_S = 0.02
+_EMPTY_READINGS = 5  # what was just written reaches the reader's side a little later
 
 
 class PtyPort:
@@ -62,12 +63,12 @@ class PtyPort:
 
     def drain(self):
         """Waits until the reader has taken everything, or has gone."""
-        while self.has_reader():
+        empty = 0
+        while empty < _EMPTY_READINGS and self.has_reader():
+            time.sleep(_POLL_S)
             with self._other_end() as slave:
                 waiting = fcntl.ioctl(slave, termios.FIONREAD, bytes(4))
-            if not struct.unpack("i", waiting)[0]:
-                return
-            time.sleep(_POLL_S)
+            empty = 0 if struct.unpack("i", waiting)[0] else empty + 1
 
     def close(self):
         os.close(self._master)
