@@ -20,6 +20,7 @@ _CRC = const(4)
 MAX_FRAME = const(130)  # bytes of the longest frame: LIMIT, COBS byte and final 0
 
 _SIZES = {"B": 1, "b": 1, "H": 2, "h": 2, "I": 4, "i": 4}
+_FORMATS = {"B": "<B", "b": "<b", "H": "<H", "h": "<h", "I": "<I", "i": "<i"}
 
 
 class _Layout:
@@ -29,9 +30,8 @@ class _Layout:
         self.name = name
         self.number = number
         self.fields = fields
-        self.names = tuple(field[0] for field in fields)
         self.sizes = bytes(_SIZES.get(field[1]) or int(field[1][:-1]) for field in fields)
-        self.formats = tuple(None if field[1][-1] == "s" else "<" + field[1] for field in fields)
+        self.formats = tuple(_FORMATS.get(field[1]) for field in fields)  # None: bytes
         self.signed = bytes(field[1] in "bhi" for field in fields)
         self.lows = tuple(field[3] for field in fields)
         self.highs = tuple(field[4] for field in fields)
@@ -107,13 +107,14 @@ class Encoder:
     def _put_bytes(self, layout, k, data, place):
         size = layout.sizes[k]
         if len(data) != size:
-            raise ValueError("%s.%s has %d bytes, got %d" % (layout.name, layout.names[k], size, len(data)))
+            place = "%s.%s" % (layout.name, layout.fields[k][0])
+            raise ValueError("%s has %d bytes, got %d" % (place, size, len(data)))
         self.buffer[place : place + size] = data
 
     def _refuse(self, layout, k, value):
         low, high = layout.lows[k], layout.highs[k]
         if not self._clamp:
-            place = "%s.%s" % (layout.name, layout.names[k])
+            place = "%s.%s" % (layout.name, layout.fields[k][0])
             raise ValueError("%s = %d is outside %d..%d" % (place, value, low, high))
         self.clamped = (self.clamped + 1) & COUNT_MAX
         return low if value < low else high
