@@ -2,7 +2,7 @@
 
 from inputs import frames, ints, pixels, random_bytes, view, zeros32
 
-from larics import fixed
+from larics import fixed, tables
 
 DIRECTIONS = 48
 
@@ -49,14 +49,15 @@ def choose_radius(random):
 def ring_crossings(random):
     width, height = 72, 60
     for frame in frames(width, height, random):
-        for cx, cy, radius, window, step, clip, bulge, limit, least in (
-            (36 * 256, 30 * 256, 25 * 256, 1600, 1, 0, 0, 4096, 0),
-            (0, 59 * 256 + 255, 20480, 5120, 3, 20, 8192, 32767, 50),
-            (40 * 256 + 77, 20 * 256 + 200, 1536, 256, 1, 5, -8192, 1024, 300),
+        for cx, cy, radius, window, step, clip, bulge, limit, least, skipped in (
+            (36 * 256, 30 * 256, 25 * 256, 1600, 1, 0, 0, 4096, 0, 1),
+            (0, 59 * 256 + 255, 20480, 5120, 3, 20, 8192, 32767, 50, 4),
+            (40 * 256 + 77, 20 * 256 + 200, 1536, 256, 1, 5, -8192, 1024, 300, 2),
         ):
             yield (
-                0, 0, 0, frame, fixed.LOG_GREY, width, height, cx, cy, radius, window, step, clip, fixed.ROOT,
-                bulge, -bulge, limit, least, ints(128, random, 0, 4000000),
+                0, 0, 0, frame, fixed.LOG_GREY, width, height, cx, cy, radius, window, step, clip,
+                fixed.ROOT, bulge, -bulge, limit, least, random_bytes(32, random, skipped), 2,
+                ints(128, random, 0, 4000000),
             )  # fmt: skip
     # the largest ring with the widest window, over dark and light halves of the window
     size = 210
@@ -67,17 +68,18 @@ def ring_crossings(random):
             if 62 * 62 < radius2 < 80 * 80 or (80 * 80 < radius2 < 97 * 97 and x < y):
                 frame[y * size + x] = 0
     yield (
-        0, 0, 0, view(frame), fixed.LOG_GREY, size, size, 105 * 256, 105 * 256, 20480, 5120, 4, 0, fixed.ROOT,
-        8192, 8192, 32767, 0, zeros32(128),
+        0, 0, 0, view(frame), fixed.LOG_GREY, size, size, 105 * 256, 105 * 256, 20480, 5120, 4, 0,
+        fixed.ROOT, 8192, 8192, 32767, 0, bytearray(32), 1, zeros32(128),
     )  # fmt: skip
 
 
 def ring_harmonics(random):
-    for largest, skipped, rounds, floor in (
-        (300, 0, 1, 100),
-        (4096, 3, 8, 300),
-        (32767, 7, 5, 1),
-        (0, 0, 3, 1),
+    for largest, rounds, floor in (
+        (300, 1, 100),
+        (4096, 8, 300),
+        (32767, 5, 1),
+        (32767, 8, 40000),
+        (0, 3, 1),
     ):
         sectors = zeros32(128)
         for sector in range(32):
@@ -91,9 +93,15 @@ def ring_harmonics(random):
             sectors[4 * sector + 1] = tried * random.between(0, 60000)
             sectors[4 * sector + 2] = counted
             sectors[4 * sector + 3] = counted * (32768 + residual)
-        skip = random_bytes(32, random, skipped + 1)
-        yield sectors, 0, 0, ints(64, random), skip, 2, fixed.COSINE, rounds, floor, ints(10, random)
-    yield zeros32(128), 0, 0, zeros32(64), bytearray(32), 1, fixed.COSINE, 4, 100, zeros32(10)
+        yield 0, 0, 0, sectors, ints(64, random), tables.HARMONICS_8, rounds, floor, ints(9, random)
+    # square waves of each harmonic, which make the largest sums
+    for period in (16, 8):
+        sectors = zeros32(128)
+        for sector in range(32):
+            sectors[4 * sector] = sectors[4 * sector + 2] = 1
+            sectors[4 * sector + 3] = 65535 if sector // period & 1 else 1
+        yield 0, 0, 0, sectors, zeros32(64), tables.HARMONICS_8, 8, 40000, zeros32(9)
+    yield 0, 0, 0, zeros32(128), zeros32(64), tables.HARMONICS_8, 4, 100, zeros32(9)
 
 
 def weak_sectors(random):

@@ -58,11 +58,11 @@ def run(module, peak):
     cases, kernels = load(module)
     failed = 0
     for name in sorted(cases):
-        kernel = getattr(kernels, name)
         path = module + "." + name
         peak.value = 0
         number = 0
         try:
+            kernel = getattr(kernels, name)
             for number, arguments in calls(cases, name):
                 result = kernel(*arguments)
                 print("%s %d %s%s" % (path, number, result, "".join(map(describe, arguments))))
