@@ -94,7 +94,7 @@ class MavlinkEncoder:
         put_float32(buffer, 40, x, 10000)
         put_float32(buffer, 44, y, 10000)
         put_float32(buffer, 48, z, 10000)
-        half_turn16 = ((36000 - values[9]) * 32768 + 18000) // 36000  # half of minus the heading
+        half_turn16 = ((36000 - values[9]) * 4096 + 2250) // 4500  # half of minus the heading
         put_float32(buffer, 52, cos_q14(half_turn16), 16384)
         put_float32(buffer, 64, sin_q14(half_turn16), 16384)
         buffer[68] = _TARGET_VISION_FIDUCIAL

@@ -178,7 +178,7 @@ class Outbox:
         place = group.sent
         values = group.values[place]
         waited = self._ticks_diff(self._now_us, group.commit_us) + self._ahead_us()
-        age = min(COUNT_MAX, values[_AGE] + max(0, waited))
+        age = min(values[_AGE], COUNT_MAX - max(0, waited)) + max(0, waited)  # within 30 bits
         if age > self.worst_age_us and group.numbers[place] == MARKER:
             self.worst_age_us = age
         values[_AGE] = age
