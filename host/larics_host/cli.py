@@ -26,6 +26,7 @@ COMMANDS = (
     "validate",
     "log",
     "replay",
+    "settings",
     "simulate",
 )
 

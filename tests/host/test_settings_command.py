@@ -1,0 +1,162 @@
+"""`larics settings` against the real firmware on MicroPython, and what needs no camera."""
+
+import contextlib
+import json
+
+import pytest
+
+from larics.settings import FIELDS, Settings
+from larics_host import camera_settings, cli
+from larics_host.errors import UserError
+from larics_host.pty_pair import PtyPair
+from tests.host.firmware_process import start_firmware
+from tests.host.plain_marker import plain_frame
+
+
+@contextlib.contextmanager
+def camera(folder, *options):
+    """The serial port at which a firmware answers that sees one frame again and again."""
+    (folder / "frames").mkdir()
+    (folder / "frames" / "f.pgm").write_bytes(b"P5\n128 112\n255\n" + plain_frame(5).tobytes())
+    speed = ["--fps", "30", "--rounds", "0", "--set", "radius_min_px=20", "--set", "radius_max_px=40"]
+    with PtyPair() as cable:
+        process = start_firmware(folder / "frames", cable.device_a, *speed, *options)
+        try:
+            yield cable.device_b
+        finally:
+            process.kill()
+            process.communicate()
+
+
+def settings(capsys, *argv):
+    code = cli.main(["settings", *map(str, argv)])
+    said = capsys.readouterr()
+    return code, said.out, said.err
+
+
+def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys):
+    file = tmp_path / "camera.json"
+    with camera(tmp_path, "--set", "ceiling_mm10=25000") as device:
+        port = ("--port", device)
+        code, out, _ = settings(capsys, "show", *port)
+        assert code == 0 and all(field.name in out for field in FIELDS) and "25000" in out
+        code, out, _ = settings(capsys, "show", *port, "--json")
+        values = json.loads(out)
+        assert (values["width"], values["ceiling_mm10"], values["map"]) == (128, 25000, [])
+        assert settings(capsys, "export", *port, file)[0] == 0
+        assert json.loads(file.read_text())["ceiling_mm10"] == 25000
+        assert settings(capsys, "export", *port, file)[0] == 2
+
+        # each of these radii would be refused beside the old other one
+        changes = [
+            "radius_min_px=45",
+            "radius_max_px=50",
+            "route=3,5,3",
+            "map=[[3,0,0,0,0,0],[5,2000,0,9000,0,0]]",
+        ]
+        code, out, _ = settings(capsys, "set", *port, *changes, "output=larics")
+        assert code == 0 and out.startswith("changed: radius_max_px, radius_min_px, route, map\n")
+        code, out, _ = settings(capsys, "get", *port, "radius_min_px", "route")
+        assert out == "radius_min_px = 45\nroute = [3, 5, 3]\n"
+        code, out, _ = settings(capsys, "diff", *port, file)
+        assert code == 1 and "radius_min_px: camera 45, %s 20" % file in out and "4 settings differ" in out
+
+        assert settings(capsys, "restore", *port, file)[0] == 0
+        assert settings(capsys, "diff", *port, file)[:2] == (0, "no difference\n")
+        code, out, _ = settings(capsys, "restore", *port, file)
+        assert code == 0 and "has these values already" in out
+        code, out, _ = settings(capsys, "diff", *port)
+        assert code == 1 and "ceiling_mm10: camera 25000, default 0" in out
+
+        # refused before anything is sent
+        code, _, err = settings(capsys, "set", *port, "rate_divider=2", "radius_min_px=90")
+        assert code == 2 and err == "larics: radius_min_px = 90 is more than radius_max_px = 40\n"
+        assert settings(capsys, "get", *port, "rate_divider")[1] == "rate_divider = 1\n"
+        assert settings(capsys, "restart", *port)[0] == 0
+
+
+class Camera:
+    """Takes settings as a camera does: a conflict is refused."""
+
+    def __init__(self):
+        self.settings = Settings()
+
+    def set(self, name, value):
+        self.settings.set(name, value)
+
+    def get(self, name):
+        return getattr(self.settings, name)
+
+
+def test_changes_go_in_an_order_that_the_camera_accepts():
+    fake = Camera()
+    plates = [[3, 0, 0, 0, 0, 0], [5, 2000, 0, 9000, 0, 0]]
+    changes = {
+        "route": [3, 5],
+        "map": plates,
+        "allowed_ids": [0, 3, 5],
+        "allow_id0": True,
+        "radius_min_px": 80,
+    }
+    changes["radius_max_px"] = 90
+    names = camera_settings.apply(fake, Settings().as_dict(), changes)
+    assert sorted(names) == sorted(changes)
+    assert names.index("allow_id0") < names.index("allowed_ids") and fake.settings.radius_min_px == 80
+    back = camera_settings.apply(fake, fake.settings.as_dict(), Settings().as_dict())
+    assert sorted(back) == sorted(changes) and fake.settings.as_dict() == Settings().as_dict()
+
+
+@pytest.mark.parametrize(
+    "name, text, value",
+    [
+        ("width", "320", 320),
+        ("mirrored", "true", True),
+        ("output", "nmea", "nmea"),
+        ("baud", "9600", 9600),
+        ("route", "1,2", [1, 2]),
+        ("route", "", []),
+        ("map", "[[1,2,3,4,5,6]]", [[1, 2, 3, 4, 5, 6]]),
+    ],
+)
+def test_values_as_typed(name, text, value):
+    assert camera_settings.parse_value(name, text) == value
+
+
+@pytest.mark.parametrize("name, text", [("width", "x"), ("mirrored", "yes"), ("route", "1;2"), ("hue", "3")])
+def test_values_that_cannot_be(name, text):
+    with pytest.raises(UserError, match=name):
+        camera_settings.parse_value(name, text)
+
+
+@pytest.mark.parametrize(
+    "argv, part",
+    [
+        (["show"], "--port"),
+        (["set", "--port", "/dev/null", "width"], "width is not NAME=VALUE"),
+        (["set", "--port", "/dev/null", "width=320", "width=330"], "width is given twice"),
+        (["set", "--port", "/dev/null", "width=1"], "width = 1 is not allowed: 80..1024 px"),
+        (["get", "--port", "/dev/null", "hue"], "there is no setting hue"),
+        (["get", "--port", "/dev/no-port", "width"], "no port /dev/no-port"),
+        (["restore", "--port", "/dev/null", "none.json"], "cannot read none.json"),
+        (["check", "broken.json"], "broken.json is no JSON file"),
+        (["check", "list.json"], "list.json is no table"),
+        (["check", "odd.json"], "odd.json: there is no setting hue"),
+        (["check", "conflict.json"], "conflict.json: radius_min_px = 90 is more than"),
+        (["nonsense"], "nonsense"),
+    ],
+)
+def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.json").write_text("{")
+    (tmp_path / "list.json").write_text("[1]")
+    (tmp_path / "odd.json").write_text('{"hue": 1}')
+    (tmp_path / "conflict.json").write_text('{"radius_min_px": 90}')
+    code, _, err = settings(capsys, *argv)
+    assert code == 2 and err.startswith("larics: ") and part in err and err.count("\n") == 1
+
+
+def test_a_file_is_checked_without_a_camera(tmp_path, capsys):
+    camera_settings.write_file(tmp_path / "s.json", {"ceiling_mm10": 30000})
+    assert camera_settings.read_file(tmp_path / "s.json")["ceiling_mm10"] == 30000
+    code, out, _ = settings(capsys, "check", tmp_path / "s.json")
+    assert code == 0 and "%d settings" % len(FIELDS) in out
