@@ -144,7 +144,7 @@ class Outbox:
     def poll(self, now_us):
         """Gives the sink what the line can take now."""
         if self._now_us is not None:
-            elapsed = self._ticks_diff(now_us, self._now_us)
+            elapsed = max(0, self._ticks_diff(now_us, self._now_us))
             self._owed_us = max(0, self._owed_us - elapsed)
             self.uptime.advance(elapsed)
         self._now_us = now_us
