@@ -24,12 +24,12 @@ from larics.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, isqrt, sin_q14
 from larics.messages import (
     DIRECTION_NONE,
     ID_NONE,
-    LOST,
     MARKER,
     MARKER_NO_OFFSET,
     MARKER_NONE,
     POSE,
     ROUTE_NONE,
+    TRACKING,
 )
 
 HALT = const(0)
@@ -149,7 +149,9 @@ class Approach:
 
     def _take_pose(self, values):
         """Fields: frame, age_us, state, id, x, y, heading, sigma, sigma, route position, next."""
-        self._end = values[9] != ROUTE_NONE and values[10] == DIRECTION_NONE and values[2] != LOST
+        if values[2] != TRACKING:  # what is only predicted is not steered by: the wheels know better
+            return
+        self._end = values[9] != ROUTE_NONE and values[10] == DIRECTION_NONE
         if values[10] != DIRECTION_NONE:
             self._next_cdeg = values[10] - self.turn_cdeg_s * self._frame_ms // 1000
             self._next_ms = 0
@@ -283,7 +285,7 @@ class Approach:
             x, y = behind[_X] >> 2, behind[_Y] >> 2
             aside_mm = (y * cos_q14(turn16) - x * sin_q14(turn16)) // 40960  # the line is left of the vehicle
             error += _clamp(aside_mm * _CROSS_CDEG_PER_MM, _CROSS_MOST_CDEG)
-        elif self._next_ms <= self.stale_ms:
+        elif self._next_ms < _NEVER_MS:  # the last direction told, kept by the commanded turns
             error = wrap_cdeg(self._next_cdeg)
         speed = self.limit_speed_mm_s * max(0, _AHEAD_CDEG - abs(error)) // _AHEAD_CDEG
         self._drive(speed, error * _TURN_GAIN, elapsed_ms)

@@ -39,14 +39,17 @@ from larics.messages import (
 )
 
 MAX_MARKERS = const(8)  # used of one frame
-_AGREE_LOST = const(2)  # frames (or markers) that must agree on a place when there was none ...
+_AGREE_LOST = const(2)  # frames (or markers) that must agree on a place when there was none, or it is far
 _AGREE_MOVED = const(3)  # ... and when the place contradicts what was known
+_SURE_MM10 = const(3000)  # one frame alone may correct the prediction by so much ...
+_SURE_CDEG = const(3000)  # ... and so much
 _GATE_MM10 = const(500)  # a measurement may differ from the prediction by this, 6 sigma, and what an
 _GATE_CDEG = const(500)  # acceleration makes of the time since the last one:
 _ACCELERATION_MM10_S2 = const(50000)
 _TURN_ACCELERATION_CDEG_S2 = const(72000)
 _COAST_ACCELERATION_MM10_S2 = const(3000)  # typical, not possible: for sigma while coasting
 _COAST_TURN_CDEG_S2 = const(6000)
+_TURN_MS = const(500)  # a turn is carried on for so long
 _FLOOR_MM10 = const(3)
 _FLOOR_CDEG = const(2)
 _START_MM10 = const(20)  # sigma before there are residuals
@@ -86,8 +89,8 @@ def direction_cdeg(x, y):
 
 
 class Residuals:
-    """The noise of one coordinate, from how far its values stray from straight lines: no model of the
-    drive is needed, and what it cannot tell from noise (hard acceleration) makes it larger, not smaller."""
+    """The noise of one coordinate, from how far its values stray from going on as before: what cannot be
+    told from noise, such as hard acceleration, makes it larger, not smaller."""
 
     def __init__(self, start):
         self.start = start
@@ -129,7 +132,7 @@ class Localizer:
     start), moves (times that the vehicle was found to have been moved).
     """
 
-    def __init__(self, marker_map, coast_us=1000000, speed_mm_s=2000, tolerance_q8=20):
+    def __init__(self, marker_map, coast_us=3000000, speed_mm_s=2000, tolerance_q8=20):
         self.map = marker_map
         self.coast_us = coast_us
         self.speed_mm_s = speed_mm_s
@@ -154,6 +157,7 @@ class Localizer:
         self._there_us = 0
         self._agreed = 0
         self._refused_ids = 0  # of this frame, bit by bit
+        self._doubtful = False  # a marker of this frame is possible, but too far off to be believed alone
 
     def refused(self, marker_id):
         """Whether a marker with this ID was refused in the last frame."""
@@ -165,6 +169,7 @@ class Localizer:
         Returns the state. Call it for every frame, also for those without a marker."""
         self.fault = 0
         self._refused_ids = 0
+        self._doubtful = False
         passed_us = (time_us - self._fix_us) & COUNT_MAX
         if self.age_us == COUNT_MAX or passed_us > COUNT_MAX >> 1:
             passed_us = COUNT_MAX
@@ -193,17 +198,23 @@ class Localizer:
         return (direction_cdeg(x_mm10 - self.x_mm10, y_mm10 - self.y_mm10) - self.heading_cdeg) % 36000
 
     def _predict(self, time_h):
-        """The last measurement carried on along an arc."""
-        time_h = min(time_h, 30000)
-        turned = self._turn * (time_h // 10) // 1000
-        middle = turn16_from_cdeg(self._history[6] + turned // 2)
-        ahead = self._forward * (time_h // 10) // 1000
-        aside = self._left * (time_h // 10) // 1000
-        sin, cos = sin_q14(middle), cos_q14(middle)
-        guess = self._guess
-        guess[0] = self._history[4] + _times_q14(ahead, cos) - _times_q14(aside, sin)
-        guess[1] = self._history[5] + _times_q14(ahead, sin) + _times_q14(aside, cos)
-        guess[2] = self._history[6] + turned
+        """The last measurement carried on along an arc, then straight on: vehicles do not turn for long."""
+        time_ms = min(time_h // 10, 3000)
+        turn_ms = min(time_ms, _TURN_MS)
+        guess, history = self._guess, self._history
+        guess[0], guess[1] = history[4], history[5]
+        turned = self._turn * turn_ms // 1000
+        guess[2] = history[6] + turned
+        self._carry(guess, history[6] + turned // 2, turn_ms)
+        if time_ms > turn_ms:
+            self._carry(guess, guess[2], time_ms - turn_ms)
+
+    def _carry(self, guess, heading_cdeg, time_ms):
+        turn16 = turn16_from_cdeg(heading_cdeg)
+        sin, cos = sin_q14(turn16), cos_q14(turn16)
+        ahead, aside = self._forward * time_ms // 1000, self._left * time_ms // 1000
+        guess[0] += _times_q14(ahead, cos) - _times_q14(aside, sin)
+        guess[1] += _times_q14(ahead, sin) + _times_q14(aside, cos)
 
     def _usable(self, measurement, tell):
         """The first entry of a measurement that could be what it says; -1 otherwise, with a fault if told."""
@@ -238,17 +249,21 @@ class Localizer:
         seen[at + 2] = heading
         seen[at + 3] = entry
 
-    def _is_near(self, at, pose, time_h, speed_mm_s):
+    def _is_near(self, at, pose, time_h, speed_mm_s, sure=False):
         """Whether self._seen[at:] is where a vehicle expected at `pose` can be after that time, when its
-        speed was known up to speed_mm_s."""
+        speed was known up to speed_mm_s; `sure`: so near that it needs no second frame."""
         seen = self._seen
         lost = self.state == LOST
         reach = _GATE_MM10 + _grown(_ACCELERATION_MM10_S2, time_h, 100000)
         reach += speed_mm_s * min(time_h, 10000) // 1000 + (0 if lost else 6 * min(self.sigma_mm10, 1000))
+        if sure:
+            reach = min(reach, _SURE_MM10)
         if abs(seen[at] - pose[0]) > reach or abs(seen[at + 1] - pose[1]) > reach:
             return False
         reach = _GATE_CDEG + (0 if lost else 6 * min(self.sigma_cdeg, 500))
         reach += _grown(_TURN_ACCELERATION_CDEG_S2, time_h, 18000)
+        if sure:
+            reach = min(reach, _SURE_CDEG)
         return abs(wrap_cdeg(seen[at + 2] - pose[2])) <= reach
 
     def _compare(self, measurements, count, time_h):
@@ -262,12 +277,18 @@ class Localizer:
             entry = self._usable(measurement, True)
             if entry < 0:
                 continue
+            possible = False
             while entry >= 0:
                 self._place(measurement, entry, 4 * used)
-                if self._is_near(4 * used, self._guess, time_h, unknown_mm_s):
+                if self._is_near(4 * used, self._guess, time_h, unknown_mm_s, True):
                     used += 1
                     break
+                possible = possible or self._is_near(4 * used, self._guess, time_h, unknown_mm_s)
                 entry = self.map.find(measurement.marker_id, entry + 1)
+            if entry >= 0:
+                continue
+            if possible:
+                self._doubtful = True
             else:
                 self._refuse(FAULT_MARKER_PLACE, measurement.marker_id)
         return used
@@ -307,10 +328,11 @@ class Localizer:
             return 0
         before_us = self._there_us
         self._there_us = time_us
-        if self._agreed < (_AGREE_LOST if lost else _AGREE_MOVED):
+        expected = lost or self._doubtful
+        if self._agreed < (_AGREE_LOST if expected else _AGREE_MOVED):
             return 0
         self._refused_ids = 0
-        if not lost:
+        if not expected:
             self.moves = (self.moves + 1) & COUNT_MAX
         self._known = 0
         self._forward = self._left = self._turn = 0
@@ -355,8 +377,14 @@ class Localizer:
             forward_h = history[3]
             turned = wrap_cdeg(heading - history[6])
             if self._known > 1:
-                self._noise[0].add(history[0] - history[4], 0, x - history[4], forward_h, last_h)
-                self._noise[1].add(history[1] - history[5], 0, y - history[5], forward_h, last_h)
+                # what was driven before, turned as the vehicle has turned since: straight lines and arcs
+                middle = turn16_from_cdeg(wrap_cdeg(heading - history[2]) // 2)
+                sin, cos = sin_q14(middle), cos_q14(middle)
+                dx, dy = history[4] - history[0], history[5] - history[1]
+                before_x = _times_q14(dy, sin) - _times_q14(dx, cos)
+                before_y = 0 - _times_q14(dx, sin) - _times_q14(dy, cos)
+                self._noise[0].add(before_x, 0, x - history[4], forward_h, last_h)
+                self._noise[1].add(before_y, 0, y - history[5], forward_h, last_h)
                 self._noise[2].add(wrap_cdeg(history[2] - history[6]), 0, turned, forward_h, last_h)
             self._learn_speed(x - history[4], y - history[5], turned, last_h)
             history[0], history[1] = history[4], history[5]

@@ -36,7 +36,7 @@ def measured(marker_id, x_mm10, y_mm10, heading_cdeg, ring_mm10=30000):
 
 
 def localizer():
-    return Localizer(MarkerMap(ROWS))
+    return Localizer(MarkerMap(ROWS), coast_us=1000000)
 
 
 def tracking():

@@ -54,9 +54,10 @@ def test_poses_follow_an_arc(x, y, heading, speed, turn, period_us):
         aside = abs(angle_difference(found.heading_cdeg / 100, vehicle[2]))
         if state == TRACKING:
             assert off < 0.45 and aside < 0.02
-            assert found.sigma_mm10 < 200 and found.age_us == 0
+            assert found.sigma_mm10 <= 30 and found.age_us == 0
         elif state == COASTING:
-            assert off < 3 + 0.1 * abs(speed) * found.age_us * 1e-6 and found.age_us > 0
+            # two markers in one frame give a pose, but no speed yet: sigma says so
+            assert off < max(3 + 0.1 * abs(speed) * found.age_us * 1e-6, 0.2 * found.sigma_mm10)
             assert found.sigma_mm10 >= last
         else:
             assert found.sigma_mm10 == 65535

@@ -67,8 +67,8 @@ class Condition:
     summary: str
     preset: str = "sunny"
     speed_mm_s: float = 200.0
-    rate_hz: float = 30.0
-    seconds: float = 120.0
+    rate_hz: float = 20.0
+    seconds: float = 90.0
     side_mm: float = 2000.0
     dirty: int = 0
     missing: int = 0
@@ -96,9 +96,9 @@ CONDITIONS = {
     "cloudy": replace(_PAPER, summary="cloudy, 20 cm/s, as published", preset="cloudy"),
     "sunny": replace(_PAPER, summary="sunny, 20 cm/s, as published"),
     "double": replace(_PAPER, summary="sunny, 40 cm/s, as published", speed_mm_s=400.0),
-    "sunny-30": Condition("sunny, 20 cm/s, 30 frames/s"),
-    "fast-1": Condition("sunny, 1 m/s", speed_mm_s=1000.0, side_mm=4000.0, accel_mm_s2=1500.0, rate_hz=60.0),
-    "fast-2": Condition("sunny, 2 m/s", speed_mm_s=2000.0, side_mm=5000.0, accel_mm_s2=3000.0, rate_hz=60.0),
+    "steady": Condition("sunny, 20 cm/s, 20 frames/s"),
+    "fast-1": Condition("sunny, 1 m/s", speed_mm_s=1000.0, side_mm=4000.0, accel_mm_s2=1500.0, rate_hz=30.0),
+    "fast-2": Condition("sunny, 2 m/s", speed_mm_s=2000.0, side_mm=5000.0, accel_mm_s2=3000.0, rate_hz=30.0),
     "lights": Condition("lights switched every 10 s, to a fifth and back", events=_switches),
     "dirty": Condition("marker 4 is dirty", dirty=4),
     "missing": Condition("marker 4 has been taken down", missing=4),
@@ -232,7 +232,8 @@ def camera_settings(camera, markers, condition):
         "max_speed_mm_s": int(condition.speed_mm_s),
         "route": [*IDS, IDS[0]],
         "map": [
-            [marker_id, x, y, round(heading * 100), 0, 0] for marker_id, (x, y, heading) in markers.items()
+            [marker_id, x, y, round(heading * 100) % 36000, 0, 0]
+            for marker_id, (x, y, heading) in markers.items()
         ],
     }
 

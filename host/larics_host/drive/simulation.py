@@ -1,5 +1,6 @@
 """One drive in closed loop, and what was recorded of it."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from larics import messages as m
 from larics.approach import ALIGN, GO, Approach
 from larics.detection import NO_ID
+from larics.marker import LARICS3
 from larics.protocol import frame_size
 from larics_host.detectors import make_detector
 from larics_host.drive.field import Field
@@ -24,12 +26,15 @@ _REACH_PX, _REACH_MM = 15.0, 70.0  # a detection further from every marker is a 
 
 @dataclass
 class Sight:
-    """What one method made of one frame: detections that match a marker, with the right ID, with another ID,
-    without one, and detections where there is no marker."""
+    """What one method made of one frame. Of the markers that are wholly in the frame: right,
+    wrong (another ID), unsure (found, no ID). cut, cut_wrong: the same of markers that the border cuts;
+    false: detections where there is no marker."""
 
     right: int = 0
     wrong: int = 0
     unsure: int = 0
+    cut: int = 0
+    cut_wrong: int = 0
     false: int = 0
 
 
@@ -41,7 +46,7 @@ class Frame:
     x_mm: float
     y_mm: float
     heading_deg: float
-    markers: int  # whose outer ring is wholly inside the frame
+    markers: int  # wholly inside the frame, to the end of the orientation line
     state: int
     pose: tuple  # x_mm, y_mm, heading_deg as reported
     error: tuple  # mm, degrees; against the pose at the moment at which that marker was exposed
@@ -171,10 +176,10 @@ class Simulation:
         told = [values for number, _, values in messages if number == m.MARKER]
         frame.sights["wire"] = judge(
             [(values[3], values[6] / 10, values[7] / 10) for values in told if not values[2] & m.MARKER_NONE],
-            [(truth.id, truth.offset_x_mm, truth.offset_y_mm) for truth in truths],
+            [(t.id, t.offset_x_mm, t.offset_y_mm, self._is_whole(t)) for t in truths],
             _REACH_MM,
         )
-        places = [(truth.id, truth.x_px, truth.y_px) for truth in truths]
+        places = [(t.id, t.x_px, t.y_px, self._is_whole(t)) for t in truths]
         for name, detector in self._methods.items():
             seen = [(d.marker_id, d.x_q8 / 256, d.y_q8 / 256) for d in detector.detect(picture)]
             frame.sights[name] = judge(seen, places, _REACH_PX)
@@ -182,6 +187,14 @@ class Simulation:
         caption = self.keep(self, index) if self.keep else None
         if caption:
             self.record.pictures.append((now_s, picture, caption))
+
+    def _is_whole(self, truth):
+        """Whether the frame shows the whole outer ring and the orientation line to its end."""
+        camera, angle = self.field.camera, math.radians(truth.heading_deg)
+        reach = truth.radius_px * LARICS3.orientation_end_mm10 / LARICS3.outer_mm10
+        x, y = truth.x_px + reach * math.cos(angle), truth.y_px - reach * math.sin(angle)
+        inside = 0 <= x <= camera.width - 1 and 0 <= y <= camera.height - 1
+        return inside and truth.visible >= _WHOLE
 
     def _frame(self, now_s, pose, truths, reported):
         found = reported[4] / 10, reported[5] / 10, reported[6] / 100
@@ -193,7 +206,7 @@ class Simulation:
             float(np.hypot(found[0] - true[0], found[1] - true[1])),
             abs((found[2] - true[2] + 180) % 360 - 180),
         )
-        whole = sum(truth.visible >= _WHOLE for truth in truths)
+        whole = sum(self._is_whole(truth) for truth in truths)
         return Frame(
             now_s,
             pose.x_mm,
@@ -211,14 +224,18 @@ class Simulation:
 
 
 def judge(seen, places, reach):
-    """The Sight of a frame: (ID or NO_ID or ID_NONE, x, y) of what was seen against (ID, x, y) of what is
-    there, which match when no further apart than `reach`."""
+    """The Sight of a frame: (ID or NO_ID or ID_NONE, x, y) of what was seen against (ID, x, y, whole) of what
+    is there, which match when no further apart than `reach`."""
     sight = Sight()
     for marker_id, x, y in seen:
         near = [place for place in places if np.hypot(x - place[1], y - place[2]) < reach]
+        unsure = marker_id in (NO_ID, m.ID_NONE)
         if not near:
             sight.false += 1
-        elif marker_id in (NO_ID, m.ID_NONE):
+        elif not near[0][3]:
+            sight.cut += 1
+            sight.cut_wrong += not unsure and marker_id != near[0][0]
+        elif unsure:
             sight.unsure += 1
         elif marker_id == near[0][0]:
             sight.right += 1

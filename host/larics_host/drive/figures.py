@@ -1,0 +1,179 @@
+"""Pictures of a drive: the path over the map, a strip of frames, and the published method's inner life."""
+
+import math
+
+import cv2
+import numpy as np
+
+from larics import messages as m
+from larics.approach import STATE_NAMES
+from larics_host.plots import new_figure
+
+_COLOURS = {m.TRACKING: "#1b7837", m.COASTING: "#e08214", m.LOST: "#b2182b"}
+_WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.LOST: "lost"}
+
+
+def path_figure(record, title):
+    """The driven path over the map, coloured by the state of the reported pose; a matplotlib Figure."""
+    plot = new_figure(7.2, 6.4)
+    axes = plot.add_subplot()
+    frames = record.frames
+    x = np.array([frame.x_mm for frame in frames]) / 1000
+    y = np.array([frame.y_mm for frame in frames]) / 1000
+    states = np.array([frame.state for frame in frames])
+    axes.plot(x, y, color="0.8", linewidth=0.8, zorder=1)
+    for state, colour in _COLOURS.items():
+        chosen = states == state
+        if chosen.any():
+            axes.scatter(x[chosen], y[chosen], s=3, color=colour, label=_WORDS[state], zorder=2)
+    reported = np.array([frame.pose[:2] for frame in frames if frame.state == m.TRACKING])
+    if len(reported):
+        axes.plot(
+            *(reported.T / 1000), ",", color="black", label="reported while tracking", alpha=0.6, zorder=3
+        )
+    for time_s in record.pushes:
+        frame = min(frames, key=lambda f: abs(f.time_s - time_s))
+        axes.plot(frame.x_mm / 1000, frame.y_mm / 1000, "x", color="black", markersize=7, zorder=4)
+    for marker_id, (mx, my, heading) in record.field.markers.items():
+        gone = marker_id == record.field.condition.missing
+        _draw_marker(axes, marker_id, mx / 1000, my / 1000, math.radians(heading), gone)
+    axes.margins(0.12)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x, m")
+    axes.set_ylabel("y, m")
+    axes.set_title(title)
+    axes.legend(loc="upper right", fontsize=8, markerscale=3)
+    return plot
+
+
+def _draw_marker(axes, marker_id, x, y, heading, gone):
+    from matplotlib.patches import Circle
+
+    style = "--" if gone else "-"
+    for radius in (0.15, 0.1):
+        axes.add_patch(Circle((x, y), radius, fill=False, linestyle=style, linewidth=1.2, zorder=5))
+    cos, sin = math.cos(heading), math.sin(heading)
+    axes.plot([x + 0.15 * cos, x + 0.23 * cos], [y + 0.15 * sin, y + 0.23 * sin], color="black", zorder=5)
+    axes.annotate(
+        "%d%s" % (marker_id, " (gone)" if gone else ""),
+        (x - 0.22 * cos, y - 0.22 * sin),
+        ha="center",
+        va="center",
+        fontsize=12,
+        fontweight="bold",
+        zorder=6,
+    )
+
+
+def keep_changes(most=8):
+    """For Simulation(keep=...): keeps the first frame some time after each change of behaviour."""
+    seen = []
+
+    def keep(simulation, index):
+        state = simulation.controller.state
+        # the middle of a phase shows it best: half a second in, or the frame after at a low rate
+        changes = simulation.record.behaviours
+        if not changes or len(seen) >= most:
+            return None
+        at, _ = changes[-1]
+        now = simulation.record.frames[-1].time_s
+        if now - at < 0.5 or (seen and seen[-1] == at):
+            return None
+        seen.append(at)
+        return STATE_NAMES[state]
+
+    return keep
+
+
+def strip(record, columns=4, scale=0.75):
+    """The kept frames side by side with what was seen in them, as figure 9 of the paper; (H, W, 3) uint8."""
+    from larics_host.detectors import make_detector
+
+    settings, camera = record.field.settings, record.field.camera
+    detector = make_detector(
+        "larics", camera.width, camera.height, (settings["radius_min_px"], settings["radius_max_px"])
+    )
+    tiles = []
+    for time_s, picture, caption in record.pictures:
+        tile = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
+        for found in detector.detect(picture):
+            _draw_detection(tile, found)
+        tile = cv2.resize(tile, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        label = "%.1f s  %s" % (time_s, caption)
+        cv2.putText(tile, label, (6, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 3, cv2.LINE_AA)
+        cv2.putText(tile, label, (6, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 1, cv2.LINE_AA)
+        tiles.append(cv2.copyMakeBorder(tile, 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(255, 255, 255)))
+    while tiles and len(tiles) % columns:
+        tiles.append(np.full_like(tiles[0], 255))
+    rows = [np.hstack(tiles[k : k + columns]) for k in range(0, len(tiles), columns)]
+    return np.vstack(rows) if rows else np.full((40, 40, 3), 255, np.uint8)
+
+
+def _draw_detection(tile, found):
+    x, y, radius = found.x_q8 / 256, found.y_q8 / 256, found.radius_q8 / 256
+    angle = math.radians(found.heading_cdeg / 100)
+    colour = (60, 180, 0) if found.marker_id >= 0 else (0, 140, 255)
+    middle = (round(x * 16), round(y * 16))
+    cv2.circle(tile, middle, round(radius * 16), colour, 1, cv2.LINE_AA, 4)
+    end = (round((x + 2 * radius * math.cos(angle)) * 16), round((y - 2 * radius * math.sin(angle)) * 16))
+    cv2.line(tile, middle, end, colour, 1, cv2.LINE_AA, 4)
+    text = str(found.marker_id) if found.marker_id >= 0 else "?"
+    place = (round(x + 1.2 * radius), round(y + 1.2 * radius))
+    cv2.putText(tile, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.8, colour, 2, cv2.LINE_AA)
+
+
+def radial_sums_figure(picture, radius_px):
+    """H(alpha) of the published method for the marker in a frame, as figure 7; a matplotlib Figure."""
+    from larics.paper import PaperDetector
+
+    height, width = picture.shape
+    detector = PaperDetector(width, height, *radius_px)
+    found = list(detector.detect(picture))
+    sums = np.array(detector.radial_sums)
+    plot = new_figure(9.0, 3.2)
+    axes = plot.add_subplot()
+    axes.plot(sums, color="black", linewidth=1.0)
+    axes.axhline(detector.z6 / 6, color="#b2182b", linewidth=1, linestyle="--", label="Z")
+    if found:
+        top = round(found[0].heading_cdeg / 100)
+        axes.axvline(top, color="#1b7837", linewidth=1.2, label="orientation line, %d deg" % top)
+        for bit, turn in enumerate((90, 180, 270)):
+            angle = (top + turn) % 360
+            axes.axvline(angle, color="#2166ac", linewidth=0.9, linestyle=":")
+            one = sums[angle] > detector.z6 / 6
+            axes.annotate("bit %d = %d" % (2 - bit, one), (angle, 1.08 * sums.max()), fontsize=8, ha="center")
+        axes.set_title("Radial sums H(alpha) of marker %s" % found[0].marker_id, pad=16)
+    axes.set_xlim(0, 359)
+    axes.set_xlabel("alpha, degrees counterclockwise")
+    axes.set_ylabel("dark pixels along the ray")
+    axes.set_ylim(0, 1.25 * sums.max())
+    axes.legend(fontsize=8, loc="upper left")
+    return plot
+
+
+def accumulator_figure(picture, radius_px):
+    """A frame and the published method's Hough accumulator over it, as figures 4 and 5."""
+    from larics.paper import PaperDetector
+
+    height, width = picture.shape
+    detector = PaperDetector(width, height, *radius_px)
+    detector.detect(picture)
+    votes = np.array(detector.accumulator, dtype=float).reshape(height, width)
+    plot = new_figure(13.0, 4.0)
+    axes = plot.add_subplot(1, 3, 1)
+    axes.imshow(picture, cmap="gray", vmin=0, vmax=255)
+    axes.set_title("frame")
+    axes.set_axis_off()
+    axes = plot.add_subplot(1, 3, 2)
+    axes.imshow(np.sqrt(votes), cmap="inferno")
+    axes.set_title("votes for a common centre of both rings")
+    axes.set_axis_off()
+    y, x = np.unravel_index(votes.argmax(), votes.shape)
+    axes = plot.add_subplot(1, 3, 3, projection="3d")
+    half = 40
+    y0, x0 = max(0, y - half), max(0, x - half)
+    patch = votes[y0 : y + half + 1, x0 : x + half + 1]
+    grid_y, grid_x = np.mgrid[y0 : y0 + patch.shape[0], x0 : x0 + patch.shape[1]]
+    axes.plot_surface(grid_x, grid_y, patch, cmap="inferno", rcount=80, ccount=80, linewidth=0)
+    axes.set_title("votes around the maximum at (%d, %d)" % (x, y))
+    return plot

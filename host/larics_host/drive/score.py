@@ -1,0 +1,177 @@
+"""Figures of a drive: detection by method, pose error, laps, and how long it takes to recover."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from larics import messages as m
+from larics.codes import name_of
+
+_POSE_REGAINED_MM = 50.0
+
+
+@dataclass
+class Detection:
+    """One method on the frames of one drive.
+
+    frames     all; markers: shown whole, to the end of the orientation line, summed over the frames
+    detected   of the markers; right, other, unsure: their IDs
+    cut_wrong  wrong IDs of markers that the border cuts; false: detections where no marker is
+    """
+
+    frames: int
+    markers: int
+    detected: int
+    right: int
+    other: int
+    unsure: int
+    cut_wrong: int
+    false: int
+
+    @property
+    def right_share(self):
+        """Right IDs as a share of the markers in view; NaN without markers."""
+        return self.right / self.markers if self.markers else float("nan")
+
+
+@dataclass
+class Spread:
+    """count, median, 95th percentile and maximum; NaN for an empty set."""
+
+    count: int
+    median: float
+    p95: float
+    max: float
+
+
+def spread(values):
+    values = np.asarray(list(values), dtype=float)
+    if not len(values):
+        return Spread(0, float("nan"), float("nan"), float("nan"))
+    return Spread(
+        len(values), float(np.median(values)), float(np.percentile(values, 95)), float(values.max())
+    )
+
+
+@dataclass
+class Score:
+    """All figures of a drive; see the functions of this module."""
+
+    methods: dict
+    tracking_mm: Spread
+    tracking_deg: Spread
+    coasting_mm: Spread
+    sigma_ratio: float
+    states: dict
+    laps_begun: int
+    laps_completed: int
+    visits: int
+    wrong_visits: int
+    centred_mm: Spread
+    wrong_per_hour: float
+    pose_regained_s: Spread
+    route_regained_s: Spread
+    faults: dict
+    line_errors: int
+    way_m: float
+
+    def as_dict(self):
+        return asdict(self)
+
+
+def score(record):
+    """The Score of a Record."""
+    frames = record.frames
+    tracking = [frame for frame in frames if frame.state == m.TRACKING]
+    coasting = [frame for frame in frames if frame.state == m.COASTING]
+    begun, completed = laps(record)
+    visited = [visit for visit in record.visits if np.isfinite(visit[2])]
+    pose_s, route_s = recoveries(record)
+    wire = detection(record, "wire")
+    hours = record.field.condition.seconds / 3600
+    ratios = [frame.error[0] / frame.sigma_mm for frame in tracking if frame.sigma_mm > 0]
+    return Score(
+        methods={name: detection(record, name) for name in (frames[0].sights if frames else ())},
+        tracking_mm=spread(frame.error[0] for frame in tracking),
+        tracking_deg=spread(frame.error[1] for frame in tracking),
+        coasting_mm=spread(frame.error[0] for frame in coasting),
+        sigma_ratio=float(np.median(ratios)) if ratios else float("nan"),
+        states={
+            name: sum(frame.state == number for frame in frames) / max(1, len(frames))
+            for name, number in (("tracking", m.TRACKING), ("coasting", m.COASTING), ("lost", m.LOST))
+        },
+        laps_begun=begun,
+        laps_completed=completed,
+        visits=len(record.visits),
+        wrong_visits=len(_out_of_order(record)),
+        centred_mm=spread(visit[2] for visit in visited),
+        wrong_per_hour=(wire.other + wire.cut_wrong) / hours,
+        pose_regained_s=spread(pose_s),
+        route_regained_s=spread(route_s),
+        faults={name_of("Fault", code): count for code, count in sorted(record.last_faults.items())},
+        line_errors=record.line_errors,
+        way_m=record.way_mm / 1000,
+    )
+
+
+def detection(record, name):
+    """The Detection of a method (or of "wire", what the firmware sent) on the frames of a drive."""
+    sights = [frame.sights[name] for frame in record.frames]
+    names = asdict(sights[0]) if sights else ()
+    total = {key: sum(getattr(sight, key) for sight in sights) for key in names}
+    get = total.get
+    return Detection(
+        frames=len(sights),
+        markers=sum(frame.markers for frame in record.frames),
+        detected=get("right", 0) + get("wrong", 0) + get("unsure", 0),
+        right=get("right", 0),
+        other=get("wrong", 0),
+        unsure=get("unsure", 0),
+        cut_wrong=get("cut_wrong", 0),
+        false=get("false", 0),
+    )
+
+
+def laps(record):
+    """(begun, completed): a lap begins when the first marker of the route is left, and is completed when it
+    is left again after all others in their order. A lap that the end of the drive cuts off does not count."""
+    route = record.field.route[:-1]
+    begun = completed = 0
+    expected = None
+    for _, marker_id, _ in record.visits:
+        if expected is not None and marker_id == route[expected]:
+            if expected == 0:
+                completed += 1
+            expected = (expected + 1) % len(route)
+        elif marker_id != route[0]:
+            expected = None
+        if marker_id == route[0]:
+            begun += 1
+            expected = 1
+    return max(completed, begun - 1), completed
+
+
+def _out_of_order(record):
+    """Pairs of markers left one after the other that do not follow each other in the route."""
+    route = record.field.route
+    following = set(zip(route[:-1], route[1:], strict=True))
+    pairs = zip(record.visits[:-1], record.visits[1:], strict=True)
+    return [(before, after) for before, after in pairs if (before[1], after[1]) not in following]
+
+
+def recoveries(record):
+    """(seconds from each push until the pose was right again, seconds until the route was): until the next
+    marker was left, and without pushes the time between two that do not follow each other in the route."""
+    if not record.pushes:
+        return [], [after[0] - before[0] for before, after in _out_of_order(record)]
+    pose_s, route_s = [], []
+    for start in record.pushes:
+        right = [
+            frame.time_s
+            for frame in record.frames
+            if frame.time_s > start and frame.state == m.TRACKING and frame.error[0] < _POSE_REGAINED_MM
+        ]
+        left = [visit[0] for visit in record.visits if visit[0] > start]
+        pose_s += [right[0] - start] if right else []
+        route_s += [left[0] - start] if left else []
+    return pose_s, route_s

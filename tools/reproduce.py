@@ -1,0 +1,141 @@
+"""The published experiment again, in closed loop: tables, figures and what lies beyond it.
+
+    python tools/reproduce.py [-o build/reproduce] [--on micropython|cpython] [--only NAME,NAME] [--seconds N]
+
+Drives the published field (three markers, 2.8 frames/s, 7 minutes, cloudy, sunny and double speed) with the
+firmware on MicroPython, shows the same frames to the published method, lets the published method drive as
+well, and then asks more of ours than the publication did. Writes report.md, scores.json and pictures.
+"""
+
+import argparse
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+
+from larics_host.drive import field as fields
+from larics_host.drive import figures
+from larics_host.drive.score import score
+from larics_host.drive.simulation import Simulation
+from larics_host.errors import UserError, report
+from larics_host.plots import png
+from tools.reproduce_report import write_report
+
+SEED = 5000
+# (condition, method at the wheel, methods that look at the same frames)
+DRIVES = (
+    ("cloudy", "larics", ("larics", "paper")),
+    ("sunny", "larics", ("larics", "paper")),
+    ("double", "larics", ("larics", "paper")),
+    ("cloudy", "paper", ()),
+    ("sunny", "paper", ()),
+    ("double", "paper", ()),
+    ("steady", "larics", ("paper",)),
+    ("fast-1", "larics", ("paper",)),
+    ("fast-2", "larics", ("paper",)),
+    ("lights", "larics", ("paper",)),
+    ("dirty", "larics", ("paper",)),
+    ("missing", "larics", ()),
+    ("pushed", "larics", ()),
+    ("calibration", "larics", ()),
+)
+
+
+def drive(name, driver, compare, args, folder):
+    """Runs one drive, writes its pictures, returns its score as a dict."""
+    field = fields.draw_field(name, SEED)
+    if args.seconds:
+        field.condition = replace(field.condition, seconds=args.seconds)
+    keep = figures.keep_changes() if driver == "larics" else None
+    began = time.monotonic()
+    record = Simulation(field, SEED, args.on, driver, compare, keep).run(_progress(name, driver))
+    summary = field.condition.summary
+    stem = folder / ("%s-%s" % (name, driver))
+    plot = figures.path_figure(record, "%s; %s at the wheel" % (summary, driver))
+    stem.with_suffix(".png").write_bytes(png(plot))
+    if record.pictures:
+        cv2.imwrite(str(folder / ("strip-%s.png" % name)), figures.strip(record))
+    result = score(record).as_dict()
+    result.update(condition=name, driver=driver, summary=summary, seconds=field.condition.seconds)
+    result.update(rate_hz=field.condition.rate_hz, on=args.on, wall_s=round(time.monotonic() - began, 1))
+    return result
+
+
+def _progress(name, driver):
+    quiet = not sys.stderr.isatty()
+
+    def tell(record):
+        if not quiet and len(record.frames) % 20 == 0:
+            seconds = record.field.condition.seconds
+            done = record.frames[-1].time_s / seconds
+            sys.stderr.write("\r%-12s %-7s %3.0f %%" % (name, driver, 100 * done))
+
+    return tell
+
+
+def method_figures(folder):
+    """Figures 4, 5 and 7: the published method on one frame of the field."""
+    from larics_host.render.camera import Motion, Pose
+    from larics_host.render.view import render_view
+
+    field = fields.draw_field("sunny", SEED)
+    x, y, heading = field.markers[7]
+    pose = Pose(x - 120, y + 90, heading + 40)
+    picture, _ = render_view(
+        field.scene, pose, Motion(200.0), field.camera, field.light(10.0), field.noise, name="method"
+    )
+    radius_px = (field.settings["radius_min_px"], field.settings["radius_max_px"])
+    (folder / "radial-sums.png").write_bytes(png(figures.radial_sums_figure(picture, radius_px)))
+    (folder / "accumulator.png").write_bytes(png(figures.accumulator_figure(picture, radius_px)))
+
+
+def main(argv=None):
+    """Returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-o", "--output", default="build/reproduce", metavar="DIR")
+    parser.add_argument("--on", default="micropython", choices=("micropython", "cpython"))
+    parser.add_argument("--only", metavar="NAME,NAME", help="conditions: " + ", ".join(fields.CONDITIONS))
+    parser.add_argument(
+        "--seconds", type=float, metavar="S", help="length of every drive, instead of its own"
+    )
+    args = parser.parse_args(argv)
+    only = args.only.split(",") if args.only else list(fields.CONDITIONS)
+    try:
+        for name in only:
+            if name not in fields.CONDITIONS:
+                raise UserError("unknown condition %s: choose from %s" % (name, ", ".join(fields.CONDITIONS)))
+        folder = Path(args.output)
+        folder.mkdir(parents=True, exist_ok=True)
+        stored = folder / "scores.json"
+        scores = json.loads(stored.read_text()) if stored.exists() and args.only else []
+        method_figures(folder)
+        for name, driver, compare in DRIVES:
+            if name not in only:
+                continue
+            result = drive(name, driver, compare, args, folder)
+            scores = [s for s in scores if (s["condition"], s["driver"]) != (name, driver)] + [result]
+            order = [(row[0], row[1]) for row in DRIVES]
+            scores.sort(key=lambda s: order.index((s["condition"], s["driver"])))
+            stored.write_text(json.dumps(scores, indent=1) + "\n")
+            write_report(folder / "report.md", scores)
+            wire = result["methods"]["wire"]
+            print(
+                "%-12s %-7s %5d frames  %d of %d IDs right  laps %d of %d  %.0f s"
+                % (
+                    *(name, driver, wire["frames"], wire["right"], wire["markers"]),
+                    *(result["laps_completed"], result["laps_begun"], result["wall_s"]),
+                ),
+                flush=True,
+            )
+    except UserError as error:
+        report(error)
+        return 2
+    print("report: %s" % (folder / "report.md"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

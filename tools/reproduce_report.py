@@ -1,0 +1,141 @@
+"""The report of tools/reproduce.py as Markdown: published, published method here, and ours, side by side."""
+
+from larics_host.drive.field import ASSUMED
+
+# rates of correct IDs that the publication gives for its tables 1 to 3
+PUBLISHED = {"cloudy": (1, 92), "sunny": (2, 96), "double": (3, 93)}
+BEYOND = ("steady", "fast-1", "fast-2", "lights", "dirty", "missing", "pushed", "calibration")
+
+
+def _percent(part, whole):
+    return "%.1f %%" % (100 * part / whole) if whole else "-"
+
+
+def _row(*cells):
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"
+
+
+def _table(head, rows):
+    return [_row(*head), _row(*["---"] * len(head)), *[_row(*row) for row in rows], ""]
+
+
+def _spread(values, digits=2):
+    if not values["count"]:
+        return "-"
+    return " / ".join("%.*f" % (digits, values[key]) for key in ("median", "p95", "max"))
+
+
+def _method_row(title, result):
+    return (
+        title,
+        result["frames"],
+        result["markers"],
+        "%d (%s)" % (result["detected"], _percent(result["detected"], result["markers"])),
+        "%d (%s)" % (result["right"], _percent(result["right"], result["markers"])),
+        result["other"],
+        result["unsure"],
+        result["cut_wrong"],
+        result["false"],
+    )
+
+
+def published_tables(scores):
+    """Tables 1 to 3, each as published, with the published method here, and with ours."""
+    head = ("", "frames", "with a marker", "detected", "IDs right", "other ID", "ID uncertain",
+            "other ID, cut by the border", "no marker there")  # fmt: skip
+    lines = []
+    for name, (number, rate) in PUBLISHED.items():
+        ours = _find(scores, name, "larics")
+        if ours is None:
+            continue
+        lines += ["### Table %d: %s" % (number, ours["summary"].replace(", as published", "")), ""]
+        rows = [("as published", "", "", "", "%d %%" % rate, "%d %%" % (100 - rate), "", "", "")]
+        rows.append(_method_row("published method, on these frames", ours["methods"]["paper"]))
+        rows.append(_method_row("ours, on these frames", ours["methods"]["larics"]))
+        rows.append(_method_row("ours, as sent by the firmware", ours["methods"]["wire"]))
+        theirs = _find(scores, name, "paper")
+        if theirs:
+            rows.append(_method_row("published method at the wheel", theirs["methods"]["wire"]))
+        lines += _table(head, rows)
+    return lines
+
+
+def _find(scores, name, driver):
+    for entry in scores:
+        if (entry["condition"], entry["driver"]) == (name, driver):
+            return entry
+    return None
+
+
+def _drive_rows(scores, names):
+    for name in names:
+        for driver in ("larics", "paper"):
+            entry = _find(scores, name, driver)
+            if entry:
+                wire, states = entry["methods"]["wire"], entry["states"]
+                yield (
+                    entry["summary"] + (", published method" if driver == "paper" else ""),
+                    "%.0f s, %.0f m" % (entry["seconds"], entry["way_m"]),
+                    "%d (%s)" % (wire["right"], _percent(wire["right"], wire["markers"])),
+                    "%.0f" % entry["wrong_per_hour"],
+                    _spread(entry["tracking_mm"], 1),
+                    _spread(entry["tracking_deg"], 3),
+                    _spread(entry["coasting_mm"], 0),
+                    "%.0f / %.0f / %.0f" % tuple(100 * states[s] for s in ("tracking", "coasting", "lost")),
+                    "%d of %d" % (entry["laps_completed"], entry["laps_begun"]),
+                    _spread(entry["centred_mm"], 0),
+                    _spread(entry["pose_regained_s"], 1),
+                    _spread(entry["route_regained_s"], 1),
+                )
+
+
+def drive_table(scores, names):
+    """Pose, laps and recovery of the drives."""
+    head = ("drive", "length", "IDs right", "wrong IDs per hour", "pose error while tracking, mm",
+            "heading error, deg", "pose error while coasting, mm", "tracking / coasting / lost, %", "laps",
+            "off the marker when leaving it, mm", "pose regained, s", "route regained, s")  # fmt: skip
+    return _table(head, _drive_rows(scores, names))
+
+
+def write_report(path, scores):
+    """Writes the report of these scores."""
+    lines = ["# The published experiment, driven again", ""]
+    lines += [
+        "Three values with slashes are median / 95th percentile / maximum. Frames are rendered; the firmware "
+        "runs on %s; commands go through a model of a two-wheeled vehicle. Nothing here was measured on a "
+        "physical board." % " and ".join(sorted({entry["on"] for entry in scores})),
+        "",
+        "## Tables 1 to 3",
+        "",
+        "Of the publication's tables only the rates of correct IDs are repeated here: 92 % cloudy, 96 % "
+        'sunny, 93 % at double speed, at 2.8 frames/s. "With a marker" counts the frames that show one '
+        "wholly, to the end of its orientation line; shares are of these.",
+        "",
+    ]
+    lines += published_tables(scores)
+    lines += ["## The drives", "", *drive_table(scores, PUBLISHED), "## Beyond", ""]
+    lines += drive_table(scores, BEYOND)
+    lines += [
+        '"Pose regained": from a push until the pose is tracked again within 50 mm. "Route regained": from a '
+        "push until the next marker is left; without pushes, the time between two markers left that do not "
+        "follow each other in the route.",
+        "",
+        "## What was assumed where the publication is silent",
+        "",
+    ]
+    lines += ["- %s" % text for text in ASSUMED]
+    lines += [
+        "- the published method itself: see the head of shared/larics/paper.py, which also names where the "
+        "publication contradicts itself (the outer radius, N, the angle between coding lines)",
+        "",
+        "## Pictures",
+        "",
+        "![Votes](accumulator.png)",
+        "",
+        "![Radial sums](radial-sums.png)",
+        "",
+    ]
+    for entry in scores:
+        stem = "%s-%s" % (entry["condition"], entry["driver"])
+        lines += ["![%s](%s.png)" % (entry["summary"], stem), ""]
+    path.write_text("\n".join(lines), encoding="utf-8")
