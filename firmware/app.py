@@ -4,7 +4,9 @@ import gc
 import os
 import time
 
+from exposure import Exposure
 from faults import Faults
+from guard import NoWatchdog
 from health import VERSION, Health
 from larics import messages as m
 from larics.commands import Commands
@@ -13,6 +15,8 @@ from larics.outbox import Outbox, Uptime
 from larics.protocol import Decoder, Encoder
 from larics.raw import RawSender
 from larics.setting_fields import FIELDS
+from larics.settings import Settings
+from leds import NoLeds
 from link import Link
 from loop import Loop
 from parts import make_detector, make_locator, make_navigator
@@ -21,31 +25,38 @@ from reports import Reports
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allow_id0")
 _DETECTOR_SETTINGS += ("tracking", "second_opinion", "confirm_needed", "confirm_frames", "max_tilt_cdeg")
 
+_EXPOSURE_SETTINGS = ("exposure", "exposure_us", "gain_db10")
+
 
 class App:
     """The running program, and what commands from the wire do to it.
 
-    camera      driver, not yet started
+    camera      driver, not yet started; a camera that does not start is tried again while the program runs
     uart        opened, see link.Link
     board       its name; unique_id: of the processor, bytes
-    store       storage.Store of the settings, or None where they cannot be kept
+    keeper      keeper.Keeper of the settings, or None where they cannot be kept
+    leds, sentinel, watchdog   see leds, guard; what a PC does not have
     """
 
-    def __init__(self, settings, camera, uart, board, unique_id=b"", store=None, faults=None, clock=time):
+    def __init__(
+        self, settings, camera, uart, board, unique_id=b"", keeper=None, faults=None, leds=None,
+        sentinel=None, clock=time,
+    ):  # fmt: skip
         self.settings = settings
         self.camera = camera
         self.faults = faults or Faults()
+        self.leds = leds or NoLeds()
+        self.sentinel = sentinel
+        self.watchdog = NoWatchdog()
         self._board, self._unique_id = board, unique_id
-        self._store = store
+        self._keeper = keeper
         boot = os.urandom(2)
         boot = boot[0] << 8 | boot[1]
         self._copy = None
-        camera.start()
-        settings.update({"width": camera.width, "height": camera.height})
-        gc.collect()  # the detector's buffers are the largest: they go in before the heap is cut up
-        self.detector = make_detector(settings)
-        self.locator = make_locator(settings)
-        self.navigator = make_navigator(settings)
+        camera_ok = self._start_camera()
+        self._build_detector()
+        self._build_locator()
+        self._build_exposure()
         self.raw = RawSender()
         self.commands = Commands(settings, self.raw, self, boot)
         self.decoder = Decoder(self.commands.on_message)
@@ -63,12 +74,74 @@ class App:
         )
         self.reports = Reports(self.outbox)
         self.health = Health(boot, self.faults, clock)
-        self.loop = Loop(self, clock)
+        self.loop = Loop(self, camera_ok, clock)
         gc.collect()
+
+    def _start_camera(self):
+        try:
+            self.camera.start()
+        except Exception:
+            self.faults.report(m.FAULT_CAMERA)
+            return False
+        size = {"width": self.camera.width, "height": self.camera.height}
+        try:
+            self.settings.update(size)
+        except ValueError:  # the radii do not suit this size
+            self.faults.begin(m.FAULT_SETTINGS_CORRUPT)
+            usual = Settings()
+            size["radius_min_px"], size["radius_max_px"] = usual.radius_min_px, usual.radius_max_px
+            self.settings.update(size)
+        return True
+
+    def _build_detector(self):
+        """A detector, if need be with the usual radii; None only when there is no memory for one."""
+        settings = self.settings
+        self.detector = None
+        gc.collect()  # its buffers are the largest: they go in before the heap is cut up
+        try:
+            self.detector = make_detector(settings)
+        except ValueError:
+            self.faults.begin(m.FAULT_SETTINGS_CORRUPT)
+            usual = Settings({"width": settings.width, "height": settings.height})
+            self.detector = make_detector(usual)
+        except MemoryError:
+            gc.collect()
+            self.faults.begin(m.FAULT_MEMORY)
+
+    def _build_locator(self):
+        """Pixels to millimetres and the pose in the map, as far as the settings make sense."""
+        settings = self.settings
+        self.navigator = None
+        self.calibrated = settings.focal_q8 > 0
+        try:
+            self.locator = make_locator(settings)
+            self.navigator = make_navigator(settings)
+        except ValueError:
+            self.faults.begin(m.FAULT_SETTINGS_CORRUPT)
+            self.calibrated = False
+            self.locator = make_locator(Settings({"width": settings.width, "height": settings.height}))
+
+    def _build_exposure(self):
+        """The control of the exposure; without it, exposure and gain are those of the settings."""
+        self.exposure = None
+        if self.settings.exposure == "auto" and getattr(self.camera, "adjustable", True):
+            self.exposure = Exposure(self.camera, self.settings)
+
+    def _fix_exposure(self):
+        try:
+            self.camera.gain(self.settings.gain_db10 * 10)
+            self.camera.exposure(self.settings.exposure_us)
+        except Exception:
+            self.faults.report(m.FAULT_CAMERA)
 
     def run(self):
         self.commands.announce()
         self.loop.run()
+
+    def announce_only(self):
+        """Says on the line who is there and in which state, and starts nothing."""
+        self.commands.announce()
+        self.loop.close()
 
     # what larics.commands.Commands asks for
 
@@ -80,17 +153,17 @@ class App:
         values[9] = padded(self._unique_id, 12)
 
     def settings_changed(self, name):
-        """Takes a new value into use; size and baud rate wait for a restart."""
+        """Takes a new value into use; size, baud rate and encoding wait for a restart."""
         if name in _DETECTOR_SETTINGS:
-            self.detector = None
-            gc.collect()
-            self.detector = make_detector(self.settings)
-        self.locator = make_locator(self.settings)
-        self.navigator = make_navigator(self.settings)
+            self._build_detector()
+        self._build_locator()
+        self._build_exposure()
+        if name in _EXPOSURE_SETTINGS and self.exposure is None:
+            self._fix_exposure()
         self.outbox.divider = self.settings.rate_divider
 
     def save(self):
-        return False
+        return self._keeper is not None and self._keeper.save(self.settings)
 
     def raw_frame(self):
         camera = self.camera

@@ -15,6 +15,7 @@ _STATUS_MS = 1000
 _CAMERA_TIMEOUT_MS = 1000
 _CAMERA_RETRY_MS = 2000
 _COASTING_MS = 500
+_UPTIME_S = 4  # index in a STATUS
 
 
 class Loop:
@@ -22,13 +23,17 @@ class Loop:
 
     camera     started driver, see cameras
     detector   detect(frame) -> list of Detection
-    locator    larics.camera.Camera
+    locator    larics.camera.Camera; calibrated: whether its millimetres mean anything
+    exposure   exposure.Exposure, or None when the exposure is fixed
     navigator  larics.navigator.Navigator, or None without a map
     settings   larics.settings.Settings
     link, outbox, reports, commands, faults, health, decoder
+    leds, watchdog; sentinel: guard.Guard or None
+
+    `camera_ok`: whether the camera is started; if not, it is tried again and again.
     """
 
-    def __init__(self, parts, clock=time):
+    def __init__(self, parts, camera_ok=True, clock=time):
         self._parts = parts
         self._clock = clock
         self._measurements = [Measurement() for _ in range(_MARKERS_MAX)]
@@ -37,18 +42,20 @@ class Loop:
         self._seen_ms = now_ms
         self._frame_ms = now_ms
         self._status_ms = now_ms
-        self._camera_ok = True
+        self._shown_ms = now_ms
+        self._camera_ok = camera_ok
 
     def run(self):
         """Until the camera says that no frame can come any more (recordings only) or a restart is due."""
         parts = self._parts
         while not parts.camera.ended and not (parts.commands.restart_due and parts.outbox.idle()):
             self.step()
-        self._report_status()
-        self._drain()
+        self.close()
 
-    def _drain(self, limit_ms=2000):
+    def close(self, limit_ms=2000):
+        """Sends a last status and all that waits, for at most limit_ms."""
         parts, clock = self._parts, self._clock
+        self._report_status()
         start_ms = clock.ticks_ms()
         idle = False
         while not idle and clock.ticks_diff(clock.ticks_ms(), start_ms) < limit_ms:
@@ -64,14 +71,24 @@ class Loop:
             if self._grab():
                 processed = self._process()
                 self._serve_line()
-            if self._clock.ticks_diff(self._clock.ticks_ms(), self._status_ms) >= 0:
+            now_ms = self._clock.ticks_ms()
+            if self._clock.ticks_diff(now_ms, self._status_ms) >= 0:
                 self._report_status()
+            self._show(now_ms)
+            self._parts.watchdog.feed()
         except MemoryError:
             self._parts.faults.report(m.FAULT_MEMORY)
             gc.collect()
         except Exception:
             self._parts.faults.report(m.FAULT_LOOP)
         return processed
+
+    def _show(self, now_ms):
+        parts = self._parts
+        state = parts.health.state
+        elapsed_ms = self._clock.ticks_diff(now_ms, self._shown_ms)
+        self._shown_ms = now_ms
+        parts.leds.show(state == m.TRACKING, state == m.COASTING, parts.faults.active, elapsed_ms)
 
     def _serve_line(self):
         parts = self._parts
@@ -137,6 +154,8 @@ class Loop:
 
     def _process(self):
         clock, parts = self._clock, self._parts
+        if parts.detector is None:
+            return False
         start_us = clock.ticks_us()
         try:
             found = parts.detector.detect(parts.camera.frame)
@@ -153,7 +172,19 @@ class Loop:
         self._update_state(count)
         if parts.outbox.begin():
             self._report(count)
+        if parts.exposure is not None:
+            self._expose(found)
         return True
+
+    def _expose(self, found):
+        parts, camera = self._parts, self._parts.camera
+        try:
+            parts.exposure.update(camera.frame, camera.width, camera.height, found)
+        except MemoryError:
+            parts.faults.report(m.FAULT_MEMORY)
+            gc.collect()
+        except Exception:
+            parts.faults.report(m.FAULT_CAMERA)
 
     def _locate(self, found):
         """Puts the detections that may be reported in place; returns how many."""
@@ -206,7 +237,7 @@ class Loop:
         clock, parts = self._clock, self._parts
         reports = parts.reports
         frame = parts.camera.frame_number & m.COUNT_MAX
-        calibrated = parts.settings.focal_q8 > 0
+        calibrated = parts.calibrated
         now_us = clock.ticks_us()
         age_us = max(0, clock.ticks_diff(now_us, parts.camera.capture_us))
         if not count:
@@ -224,3 +255,5 @@ class Loop:
             self._status_ms = clock.ticks_add(self._status_ms, _STATUS_MS)
         values = parts.health.fill(parts.camera, parts.outbox, parts.decoder.counters)
         parts.outbox.status(m.STATUS, values)
+        if parts.sentinel is not None:
+            parts.sentinel.settled(values[_UPTIME_S])

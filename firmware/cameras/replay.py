@@ -78,6 +78,8 @@ class Replay:
     skipped and counted, as with a camera. Raises CameraError or OSError when nothing can be read.
     """
 
+    adjustable = False  # a recording cannot be exposed again
+
     def __init__(self, frames, fps=0, rounds=1, width=0, height=0, clock=time):
         self._frames = frames
         self._period_us = 1000000 // fps if fps else 0
@@ -145,7 +147,7 @@ class Replay:
 
     def exposure(self, us=None):
         if us is not None:
-            self._exposure_us = us  # a recording cannot be exposed again; the value is only reported
+            self._exposure_us = us  # only reported
         return self._exposure_us
 
     def gain(self, cdb=None):

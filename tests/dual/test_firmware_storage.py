@@ -85,10 +85,20 @@ def saved(*texts):
 def test_seal():
     assert unseal(seal('{"a": 1}')) == '{"a": 1}'
     assert unseal(seal("")) == ""
-    data = seal('{"a": 1}')
+    data = seal("some text")
     for index in range(len(data)):
         assert unseal(data[:index]) is None
         assert unseal(data[:index] + bytes([data[index] ^ 1]) + data[index + 1 :]) is None
+
+
+def test_a_file_written_by_hand_is_taken_when_it_is_whole():
+    text = '{"width": 320, "map": [[1, 2, 3, 4]]}'
+    assert unseal(text.encode()) == text and unseal(text.encode() + b"\r\n") == text + "\r\n"
+    data = seal(text)
+    for index in range(len(data)):
+        assert unseal(data[:index]) in (None, text, text + "\n"), index
+    for index in range(len(text)):
+        assert unseal(data[:index]) is None
 
 
 def test_what_was_saved_is_loaded_and_the_one_before_is_kept():

@@ -1,0 +1,5 @@
+"""What the board starts at power-up."""
+
+import start
+
+start.main()
