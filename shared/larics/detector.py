@@ -17,7 +17,7 @@ from larics.decode import LineReader
 from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, FLAG_UNCONFIRMED, Detection
 from larics.edges import EdgeFinder
 from larics.fixed import cdeg_from_turn16, frame_view
-from larics.hough import CENTRES, WINDOWS, CellGrid, CentreVotes, direction_bits
+from larics.hough import CellGrid, CentreVotes, VoteBuffers
 from larics.marker import LARICS3
 from larics.rings import RingFit
 
@@ -136,22 +136,19 @@ class Detector:
         self._edges = array("i", bytes(4 * (edges_capacity + 1)))
         self._histogram = array("H", bytes(256))
         grids = [CellGrid(width, height, scale.step, scale.radius_max_q8) for scale in self._scales]
-        self._cells = array("i", bytes(4 * max([grid.cells for grid in grids])))
-        self._blocks = array("i", bytes(4 * max([grid.blocks for grid in grids])))
-        self._windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
-        self._centres = array("i", bytes(4 * (3 * CENTRES + 3)))
-        bits = direction_bits()
+        self._votes = VoteBuffers(grids)
+        self._centres = self._votes.centres
         for scale, grid in zip(self._scales, grids):
             line_q8 = scale.radius_q8 * line_q10 >> 10
             scale.edges = EdgeFinder(width, height, line_q8, scale.step, scale.reach, self._edges,
             self._histogram)
             scale.votes = CentreVotes(
                 grid, scale.radius_min_q8, scale.radius_max_q8, inner_q10, line_q8 // 2, scale.step,
-                self._cells, self._blocks, self._windows, bits, self._centres,
-            )  # fmt: skip
+                self._votes
+            )
 
-        self.rings = RingFit(width, height, inner_q10, line_q10, edges_capacity,
-        self._scales[-1].radius_max_q8)
+        radius_max_q8 = self._scales[-1].radius_max_q8
+        self.rings = RingFit(width, height, inner_q10, line_q10, edges_capacity, radius_max_q8)
         self.lines = LineReader(width, height, family, line_mm10)
         if allowed_ids is None:
             allowed_ids = range(8)
@@ -170,8 +167,8 @@ class Detector:
 
     def memory(self):
         """Bytes of all buffers and tables in RAM, the frame excepted."""
-        total = 4 * (len(self._edges) + len(self._cells) + len(self._blocks) + len(self._centres))
-        total += 2 * (len(self._histogram) + len(self._windows)) + self.rings.memory() + self.lines.memory()
+        total = 4 * len(self._edges) + 2 * len(self._histogram) + self._votes.memory()
+        total += self.rings.memory() + self.lines.memory()
         for scale in self._scales:
             total += scale.edges.memory() + scale.votes.memory()
         return total

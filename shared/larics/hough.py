@@ -15,6 +15,7 @@ from larics import tables
 from larics.edges import DIRECTIONS, offset_px
 from larics.kernels import votes as kernels
 
+_CHUNK = const(512)  # cells that are cleared at once
 LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands of frames had 15
 CENTRES = const(6)
 WINDOWS = const(96)
@@ -32,6 +33,14 @@ def direction_bits():
     return bits
 
 
+class _Slicer:
+    def __getitem__(self, key):
+        return key
+
+
+_WHOLE = _Slicer()[:]  # a slice made once: MicroPython allocates each slice that is written out
+
+
 class CellGrid:
     """The size of the vote grid of one scale: cells of `step` px with a padding that takes every vote."""
 
@@ -40,8 +49,35 @@ class CellGrid:
         self.padding = padding + (padding & 1)
         self.row = (width // step + 1 + 2 * self.padding + 1) & ~1
         self.rows = (height // step + 1 + 2 * self.padding + 1) & ~1
-        self.cells = self.row * self.rows + 8  # clearing runs in steps of 8
-        self.blocks = self.cells // 4 + 2
+        self.blocks = self.row * self.rows // 4 + 2
+        self.cells = (self.row * self.rows // _CHUNK + 1) * _CHUNK
+
+
+class VoteBuffers:
+    """What the scales share: the largest grid's cells, and the lists of windows and centres.
+
+    centres   array('i') of (score, x, y), x and y in 1/256 px plus 32768
+    """
+
+    def __init__(self, grids):
+        self.cells = array("i", bytes(4 * max([grid.cells for grid in grids])))
+        self.blocks = array("i", bytes(4 * max([grid.blocks for grid in grids])))
+        self.windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
+        self.centres = array("i", bytes(4 * (3 * CENTRES + 3)))
+        self.bits = direction_bits()
+        self._zeros = array("i", bytes(4 * _CHUNK))
+        view = memoryview(self.cells)
+        self._chunks = [view[first : first + _CHUNK] for first in range(0, len(self.cells), _CHUNK)]
+
+    def clear(self, first, end):
+        """Sets at least the cells first .. end - 1 to 0."""
+        for chunk in range(first // _CHUNK, (end + _CHUNK - 1) // _CHUNK):
+            self._chunks[chunk][_WHOLE] = self._zeros
+
+    def memory(self):
+        """Bytes of the buffers."""
+        items = len(self.cells) + len(self.blocks) + len(self.centres) + len(self.bits) + len(self._zeros)
+        return 4 * items + 2 * len(self.windows)
 
 
 class CentreVotes:
@@ -52,25 +88,14 @@ class CentreVotes:
     inner_q10                     ratio of the rings * 1024
     half_line_q8                  half the line's width, 1/256 px
     step                          px between cells, also between the edges' grid points
-    cells, blocks                 array('i') of at least grid.cells, grid.blocks items
-    windows                       array('H') of 3 * WINDOWS + 3 items
-    bits                          direction_bits()
-    centres                       array('i') of 3 * CENTRES + 3 items: receives (score, x, y), x and y
-                                  in 1/256 px plus 32768
+    buffers                       VoteBuffers; its `centres` receive the result
     """
 
-    def __init__(
-        self, grid, radius_min_q8, radius_max_q8, inner_q10, half_line_q8, step, cells, blocks, windows,
-        bits, centres
-    ):  # fmt: skip
+    def __init__(self, grid, radius_min_q8, radius_max_q8, inner_q10, half_line_q8, step, buffers):
         self.grid = grid
         self.step = step
-        self.centres = centres
         self.votes = 0
-        self._cells = cells
-        self._blocks = blocks
-        self._windows = windows
-        self._bits = bits
+        self._buffers = buffers
         runs = []
         longest = [0, 0]
         for direction in range(DIRECTIONS):
@@ -109,27 +134,28 @@ class CentreVotes:
     def find(self, edges, count, width, left, right, top, bottom):
         """Votes with `count` edges and ranks the centres inside the rectangle (px); returns their number."""
         grid = self.grid
-        cells = self._cells
+        buffers = self._buffers
+        cells = buffers.cells
         step = self.step
         half_padding = grid.padding // 2
         block_left = half_padding + left // step // 2 - 1
         block_right = half_padding + right // step // 2 + 1
         block_top = half_padding + top // step // 2 - 1
         block_bottom = half_padding + bottom // step // 2 + 1
-        kernels.clear_cells(cells, (block_top * 2 - 2) * grid.row, (block_bottom * 2 + 4) * grid.row)
+        buffers.clear((block_top * 2 - 2) * grid.row, (block_bottom * 2 + 4) * grid.row)
         self.votes = kernels.cast_votes(
             cells, 0, 0, self._offsets, 0, edges, count, width, step, grid.row, self._outer_entries,
-            self._inner_entries, self._bits,
+            self._inner_entries, buffers.bits,
         )  # fmt: skip
         block_row = grid.row // 2
         kernels.join_cells(
-            cells, 0, 0, self._blocks, grid.row, block_row, block_left, block_right, block_top, block_bottom
+            cells, 0, 0, buffers.blocks, grid.row, block_row, block_left, block_right, block_top, block_bottom
         )
         windows = kernels.find_windows(
-            self._blocks, 0, 0, block_row, block_left, block_right, block_top, block_bottom, tables.BIT_COUNT,
-            LEAST_DIRECTIONS, self._windows, WINDOWS,
+            buffers.blocks, 0, 0, block_row, block_left, block_right, block_top, block_bottom,
+            tables.BIT_COUNT, LEAST_DIRECTIONS, buffers.windows, WINDOWS,
         )  # fmt: skip
         return kernels.rank_centres(
-            cells, 0, 0, grid.row, self._windows, windows, tables.BIT_COUNT, self.centres, CENTRES,
+            cells, 0, 0, grid.row, buffers.windows, windows, tables.BIT_COUNT, buffers.centres, CENTRES,
             grid.padding, step
         )

@@ -12,22 +12,6 @@ except ImportError:
 
 
 @micropython.viper
-def clear_cells(cells: ptr32, i: int, end: int) -> int:
-    """Sets cells i .. end - 1 to 0 in steps of 8: the last step may write up to 7 items past `end`."""
-    while i < end:
-        cells[i] = 0
-        cells[i + 1] = 0
-        cells[i + 2] = 0
-        cells[i + 3] = 0
-        cells[i + 4] = 0
-        cells[i + 5] = 0
-        cells[i + 6] = 0
-        cells[i + 7] = 0
-        i += 8
-    return 0
-
-
-@micropython.viper
 def cast_votes(
     cells: ptr32, entry: int, cell: int, offsets: ptr16, bit: int, edges: ptr32, count: int, width: int,
     step: int, row: int, outer_entries: int, inner_entries: int, bits: ptr32,
