@@ -64,7 +64,7 @@ class _Scale:
         if radius_px < 20:
             self.step, self.reach = 3, 1
         else:
-            self.step, self.reach = min(8, radius_px // 6), 2
+            self.step, self.reach = min(8, radius_px // 5), 2
         if radius_px >= 45:
             self.reach = 3
 

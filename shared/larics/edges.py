@@ -70,7 +70,7 @@ class EdgeFinder:
         """Adapts the threshold to the gradients of the whole frame."""
         samples = kernels.gradient_histogram(
             frame, 0, 0, self.width, self.reach, self._left, self._right, self._top, self._bottom,
-            self.step * 3, self._histogram,
+            self.step * 4, self._histogram,
         )  # fmt: skip
         self.threshold = kernels.edge_threshold(
             self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, _SHARE_MAX

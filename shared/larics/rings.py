@@ -22,7 +22,7 @@ SKIP_INNER = const(2)
 
 _SUPPORT_OUTER = const(5)  # edges that must agree on the coarse outer and inner radius
 _SUPPORT_INNER = const(3)
-_COARSE_ROUNDS = const(3)
+_COARSE_ROUNDS = const(2)
 _FIRST_CLIP = const(8)  # log units; later passes clip an eighth of the depth
 _LEAST_DEPTH = const(12)  # log units: about 4 of 100 grey levels
 _RADIUS_FLOOR_Q8 = const(1536)
