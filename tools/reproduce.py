@@ -58,6 +58,10 @@ def drive(name, driver, compare, args, folder):
     stem.with_suffix(".png").write_bytes(png(plot))
     if record.pictures:
         cv2.imwrite(str(folder / ("strip-%s.png" % name)), figures.strip(record))
+    if record.suspects:
+        cv2.imwrite(
+            str(folder / ("suspects-%s-%s.png" % (name, driver))), figures.strip(record, record.suspects)
+        )
     result = score(record).as_dict()
     result.update(condition=name, driver=driver, summary=summary, seconds=field.condition.seconds)
     result.update(rate_hz=field.condition.rate_hz, on=args.on, wall_s=round(time.monotonic() - began, 1))

@@ -1,6 +1,6 @@
 """Reference behaviour for a vehicle controller: from marker to marker, in integers only.
 
-    SEARCH   no marker: a slowly widening spiral
+    SEARCH   no marker: a spiral whose turns lie 80 cm apart
     CENTER   drive until the marker is above the vehicle
     ALIGN    turn in place to the next direction: that of the route, or the marker's orientation line
     GO       drive on along that line until the next marker comes into view
@@ -53,7 +53,7 @@ _CROSS_CDEG_PER_MM = const(20)  # how sharply GO steers back to its line ...
 _CROSS_MOST_CDEG = const(2500)  # ... and at most
 _LEFT_BEHIND_MM = const(400)  # GO takes the marker it left for a new one only so far on its way
 _SPIRAL_START_MM = const(200)
-_SPIRAL_GROWTH = const(5)  # the spiral's radius grows by 1 / this of the way driven
+_SPIRAL_PITCH_MM = const(254)  # per turn, divided by pi: 800 mm from one turn to the next
 
 
 def _clamp(value, limit):
@@ -217,8 +217,9 @@ class Approach:
 
     def _search(self, elapsed_ms):
         self._enter(SEARCH)
-        speed = self.limit_speed_mm_s // 2
-        radius_mm = _SPIRAL_START_MM + self._way_um // (1000 * _SPIRAL_GROWTH)
+        speed = self.limit_speed_mm_s * 3 // 4
+        way_mm = min(self._way_um // 1000, 1000000)
+        radius_mm = isqrt(_SPIRAL_START_MM * _SPIRAL_START_MM + _SPIRAL_PITCH_MM * way_mm)
         self._drive(speed, 5730 * speed // radius_mm, elapsed_ms)
 
     def _center(self, elapsed_ms):

@@ -85,8 +85,8 @@ def keep_changes(most=8):
     return keep
 
 
-def strip(record, columns=4, scale=0.75):
-    """The kept frames side by side with what was seen in them, as figure 9 of the paper; (H, W, 3) uint8."""
+def strip(record, pictures=None, columns=4, scale=0.75):
+    """The kept frames (or these) side by side with what was seen in them, as figure 9 of the paper; (H, W, 3) uint8."""
     from larics_host.detectors import make_detector
 
     settings, camera = record.field.settings, record.field.camera
@@ -94,7 +94,7 @@ def strip(record, columns=4, scale=0.75):
         "larics", camera.width, camera.height, (settings["radius_min_px"], settings["radius_max_px"])
     )
     tiles = []
-    for time_s, picture, caption in record.pictures:
+    for time_s, picture, caption in record.pictures if pictures is None else pictures:
         tile = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
         for found in detector.detect(picture):
             _draw_detection(tile, found)

@@ -21,6 +21,7 @@ BAUD = 115200
 LATENCY_S = 0.015  # capture and detection on the board, assumed
 _CONTROL_STEPS = 4  # of the vehicle for one of the controller: 20 ms
 _WHOLE = 0.999
+_MOST_SUSPECTS = 12
 _REACH_PX, _REACH_MM = 15.0, 70.0  # a detection further from every marker is a false one
 
 
@@ -71,6 +72,7 @@ class Record:
     line_bytes: int = 0
     ages_us: list = field(default_factory=list)
     pictures: list = field(default_factory=list)  # (time, frame, caption) of those kept
+    suspects: list = field(default_factory=list)  # the same of frames with a wrong or false ID on the wire
     behaviours: list = field(default_factory=list)  # (time, state) at each change
     way_mm: float = 0.0
 
@@ -86,7 +88,7 @@ def wheel_controller(condition):
         stale_ms=1000 if slow else 500,
         center_mm10=400 if slow else 300,
         align_cdeg=200,
-        leg_mm=int(condition.side_mm * 1.6),
+        leg_mm=int(condition.side_mm * 1.25),
     )
 
 
@@ -184,6 +186,9 @@ class Simulation:
             seen = [(d.marker_id, d.x_q8 / 256, d.y_q8 / 256) for d in detector.detect(picture)]
             frame.sights[name] = judge(seen, places, _REACH_PX)
         self.record.frames.append(frame)
+        wire = frame.sights["wire"]
+        if (wire.wrong or wire.cut_wrong or wire.false) and len(self.record.suspects) < _MOST_SUSPECTS:
+            self.record.suspects.append((now_s, picture, "wrong" if wire.wrong else "border or false"))
         caption = self.keep(self, index) if self.keep else None
         if caption:
             self.record.pictures.append((now_s, picture, caption))
