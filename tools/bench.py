@@ -17,12 +17,12 @@ import sys
 import time
 from pathlib import Path
 
-from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, targets, timing
+from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, targets, timing, tracking
 from rich.progress import Progress
 
 from larics_host import scoring
 
-PARTS = ("quality", "sweeps", "risk", "time", "micropython")
+PARTS = ("quality", "sweeps", "risk", "tracking", "time", "micropython")
 
 
 def arguments(words=None):
@@ -134,6 +134,20 @@ class Bench:
         text = report.times(by_method)
         self.section("Time a frame on this host, %dx%d, one thread" % (frames.WIDTH, frames.HEIGHT), text)
 
+    def tracking(self):
+        count = max(10, self.options.frames // 2)
+        rows = {}
+        with Progress(transient=True, disable=not sys.stderr.isatty()) as progress:
+            bar = progress.add_task("tracking", total=count * len(plan.ONE_MARKER))
+            for preset in plan.ONE_MARKER:
+                rows[preset] = tracking.compare(
+                    preset, self.options.seed + 5, count, plan.RADIUS_PX,
+                    lambda done: progress.update(bar, advance=done),
+                )  # fmt: skip
+        self.results["tracking"] = rows
+        title = "Tracking from predictions wrong by up to %g px" % tracking.PREDICTION_ERROR_PX
+        self.section(title, report.tracking(rows))
+
     def micropython(self):
         """Cost on the pinned unix interpreter, and on the one given when that is another."""
         own = interpreter.command(str(Path(sys.executable).with_name("micropython")))
@@ -149,10 +163,12 @@ class Bench:
         for kind, command in (("unix", own), ("given", given)):
             if kind == "given" and given == own:
                 continue
-            costs = {
-                name: interpreter.measure(command, drawn[job.presets], job.method, job.radius_range)
-                for name, job in plan.COSTS.items()
-            }
+            costs = {}
+            for name, job in plan.COSTS.items():
+                paths, truths = drawn[job.presets]
+                if job.track:
+                    paths = interpreter.with_predictions(paths, truths, self.options.seed)
+                costs[name] = interpreter.measure(command, paths, job.method, job.radius_range)
             self.results["micropython"][kind] = costs
             unit = "million instructions" if next(iter(costs.values()))["unit"] == "Minsn" else "milliseconds"
             self.section("A frame on MicroPython (%s), %s" % (kind, unit), report.cost(costs))

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import frames
+from . import frames, tracking
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = Path(__file__).with_name("on_interpreter.py")
@@ -22,15 +22,27 @@ _LOOP_INSTRUCTIONS = (9, 13)  # a turn of viper's `while i < n: i += 1` on Thumb
 
 
 def write_frames(folder, presets, seed, count, radius_px):
-    """Draws `count` frames, the presets in turns, as raw files; returns their paths."""
+    """Draws `count` frames, the presets in turns, as raw files; returns their paths and truths."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    paths = []
+    paths, truths = [], []
     for index in range(count):
-        frame, _ = frames.render(presets[index % len(presets)], seed, index, "larics", radius_px, {})
-        paths.append(folder / ("%s-%03d.raw" % (presets[index % len(presets)], index)))
+        preset = presets[index % len(presets)]
+        frame, seen = frames.render(preset, seed, index, "larics", radius_px, {})
+        paths.append(folder / ("%s-%03d.raw" % (preset, index)))
         paths[-1].write_bytes(frame.tobytes())
-    return paths
+        truths.append(seen)
+    return paths, truths
+
+
+def with_predictions(paths, truths, seed):
+    """Arguments that let on_interpreter.py track the first marker of each frame that has one."""
+    random = np.random.default_rng(seed)
+    return [
+        "%s@%d,%d,%d" % (path, *tracking.prediction(seen[0], random))
+        for path, seen in zip(paths, truths, strict=True)
+        if seen
+    ]
 
 
 def parse(text):
@@ -69,15 +81,22 @@ def command(text):
     return words
 
 
-def measure(interpreter, paths, method, radius_range):
-    """Runs a method over raw frames on an interpreter; returns a summary or raises RuntimeError.
+def measure(interpreter, words, method, radius_range):
+    """Runs a method over raw frames (`words`: paths, or with_predictions()); returns a summary.
+
+    Raises RuntimeError when the interpreter fails.
 
     mean, median and max are milliseconds, or million instructions when `unit` says so; kernels holds for each
     viper function the same unit and the number of calls, both a frame."""
-    words = [*interpreter, SCRIPT, method, *radius_range, frames.WIDTH, frames.HEIGHT, *paths]
+    command_line = [*interpreter, SCRIPT, method, *radius_range, frames.WIDTH, frames.HEIGHT, *words]
     environment = dict(os.environ, MICROPYPATH="shared:.frozen")
     done = subprocess.run(
-        [str(word) for word in words], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=1800
+        [str(word) for word in command_line],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=1800,
     )
     if done.returncode:
         raise RuntimeError(

@@ -1,6 +1,8 @@
 """Runs on MicroPython: ticks of each call of `detect` over frames in files.
 
-    micropython on_interpreter.py larics|paper RADIUS_MIN RADIUS_MAX WIDTH HEIGHT FRAME.raw...
+    micropython on_interpreter.py larics|paper RADIUS_MIN RADIUS_MAX WIDTH HEIGHT FRAME.raw[@X,Y,RADIUS]...
+
+A frame with a predicted place (1/256 px) is tracked, one without is searched.
 
 Prints `key value...` lines: `loop` (two measurements of 10,000 empty viper turns, to tell an
 instruction counter from a clock), `memory` (bytes of the detector's buffers), one `frame` a file: ticks,
@@ -23,11 +25,17 @@ def _turns(count: int):
         i += 1
 
 
-def _ticks(function, argument):
-    gc.collect()
+def _ticks_of_turns():
     start = time.ticks_us()
-    result = function(argument)
-    return time.ticks_diff(time.ticks_us(), start), result
+    _turns(TURNS)
+    return time.ticks_diff(time.ticks_us(), start)
+
+
+def _process(detector, frame, place):
+    """What is found in a frame, searched or, from a predicted place, tracked."""
+    if place:
+        return detector.track(frame, place[0], place[1], place[2])
+    return detector.detect(frame)
 
 
 def _make(method, low, high, width, height):
@@ -70,8 +78,8 @@ def _kernels():
     return found
 
 
-def _count_kernels(detect, names, frame):
-    """{kernel: [ticks, calls]} of `detect` over the frames, what counting costs taken off."""
+def _count_kernels(detector, words, frame):
+    """{kernel: [ticks, calls]} over all frames, what counting costs taken off."""
     arguments = {}
 
     def noted(key, function):
@@ -84,9 +92,8 @@ def _count_kernels(detect, names, frame):
     kernels = [(module, name, getattr(module, name)) for module, name in _kernels()]
     for module, name, function in kernels:
         setattr(module, name, noted((module.__name__, name), function))
-    for file in names:
-        _read(file, frame)
-        detect(frame)
+    for word in words:
+        _process(detector, frame, _read(word, frame))
     totals = {}
     for module, name, function in kernels:
         count = arguments.get((module.__name__, name))
@@ -94,10 +101,10 @@ def _count_kernels(detect, names, frame):
             total = totals.setdefault(module.__name__.split(".")[-1] + "." + name, [0, 0])
             function = _counted(function, total, count)
         setattr(module, name, function)
-    for file in names:
-        _read(file, frame)
+    for word in words:
+        place = _read(word, frame)
         gc.collect()
-        detect(frame)
+        _process(detector, frame, place)
     empty = [0, 0]
     nothing = _counted(lambda a, b, c, d, e, f: None, empty, 6)
     for _ in range(1000):
@@ -107,25 +114,30 @@ def _count_kernels(detect, names, frame):
     return totals
 
 
-def _read(name, frame):
+def _read(word, frame):
+    """Reads the frame that an argument names; returns what to track, or nothing."""
+    name, _, place = word.partition("@")
     with open(name, "rb") as file:
         file.readinto(frame)
+    return [int(number) for number in place.split(",")] if place else []
 
 
-def main(method, low, high, width, height, names):
+def main(method, low, high, width, height, words):
     print("platform", sys.platform)
-    print("loop", _ticks(_turns, TURNS)[0], _ticks(_turns, TURNS)[0])
+    print("loop", _ticks_of_turns(), _ticks_of_turns())
     detector = _make(method, low, high, width, height)
     if method == "larics":
         print("memory", detector.memory())
     frame = bytearray(width * height)
-    for i, name in enumerate(names):
-        _read(name, frame)
-        if i == 0:
-            detector.detect(frame)  # what happens once is not the cost of a frame
-        ticks, found = _ticks(detector.detect, frame)
+    _process(detector, frame, _read(words[0], frame))  # what happens once is not the cost of a frame
+    for word in words:
+        place = _read(word, frame)
+        gc.collect()
+        start = time.ticks_us()
+        found = _process(detector, frame, place)
+        ticks = time.ticks_diff(time.ticks_us(), start)
         print("frame", ticks, len(found), found[0].marker_id if found else "-")
-    for name, (ticks, calls) in _count_kernels(detector.detect, names, frame).items():
+    for name, (ticks, calls) in _count_kernels(detector, words, frame).items():
         print("kernel", ticks, calls, name)
 
 

@@ -18,11 +18,13 @@ class Job(NamedTuple):
     method: str
     radius_range: tuple
     presets: tuple
+    track: bool = False
 
 
 ONE_MARKER = ("sunny", "cloudy", "double", "fast", "harsh")
 COSTS = {
     "search": Job("larics", (25, 35), ONE_MARKER),
+    "track": Job("larics", (25, 35), ONE_MARKER, track=True),
     "search, two to four markers": Job("larics", (25, 35), ("multi",)),
     "search, clutter without a marker": Job("larics", (25, 35), ("negative",)),
     "search, radius 10 to 66 px": Job("larics", (10, 66), ONE_MARKER),

@@ -77,6 +77,21 @@ def risk(rows, order):
     return "\n".join(lines)
 
 
+def tracking(by_preset):
+    """{preset: tracking.compare()} as a table."""
+    lines = ["preset".ljust(12) + "frames  tracked  other ID   centre med/max, px   heading med/max, deg"]
+    for preset, row in by_preset.items():
+        lines.append(
+            "%-12s%6d%9s%10d%21s%23s"
+            % (
+                *(preset, row["frames"], _number(row["tracked_pct"], "%.1f%%"), row["other_id"]),
+                _pair(row["centre_median_px"], row["centre_max_px"]),
+                _pair(row["heading_median_deg"], row["heading_max_deg"]),
+            )
+        )
+    return "\n".join(lines)
+
+
 def times(by_method):
     """{method: (ms, ratio)} as a table."""
     lines = ["method".ljust(28) + "ms a frame".rjust(12) + "ratio".rjust(9)]
