@@ -119,7 +119,7 @@ class LineReader:
 
     def _passes(self):
         """Whether what was measured last is a straight, radial, uninterrupted line."""
-        return self.line_q8 >= 96 and self.gap_q8 <= 80 and -110 < self.slope_q10 < 110
+        return self.line_q8 >= 96 and self.gap_q8 <= 90 and -110 < self.slope_q10 < 110
 
     def refine(self, frame, rings):
         """Measures the orientation line once more, from its last angle and the present centre."""
@@ -134,7 +134,7 @@ class LineReader:
             window_q8 = 300
         if window_q8 > _WINDOW_CAP_Q8:
             window_q8 = _WINDOW_CAP_Q8
-        area = rings.area
+        area = rings.outer_area_near(angle_turn16)
         line_q8 = radius_q8 * self._line_q10 >> 10
         first_q8 = radius_q8 * self._line_first_q10 >> 10
         last_q8 = radius_q8 * self._line_last_q10 >> 10
@@ -143,7 +143,7 @@ class LineReader:
             inside = kernels.line_crossings(
                 0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, cos_q14(angle_turn16),
                 sin_q14(angle_turn16), first_q8, last_q8, window_q8, line_q8 >> 1, (area << 5) // line_q8,
-                area >> 1, result,
+                area * 3 >> 3, result,
             )  # fmt: skip
             angle_turn16 += result[_ROTATION]
         self.angle_turn16 = angle_turn16 & 65535

@@ -30,6 +30,7 @@ _WINDOW_FLOOR_Q8 = const(300)
 _WINDOW_CAP_Q8 = const(3584)
 _SECTOR_FLOOR_Q10 = const(96)  # a sector this close to the harmonics is never an outlier
 _PRIOR_Q10 = const(32)  # expected distance of the ring centres at a radius of 30 px
+_NEARBY = (-3, -2, 2, 3)  # sectors beside a line that it does not disturb
 _LINE_REACH_TURN16 = const(1640)  # 9 degrees
 _APART_Q10 = const(3000)  # the rings' centres differ by less, or they are not one marker's
 
@@ -190,6 +191,22 @@ class RingFit:
             0, 0, 0, self._sectors, means, tables.HARMONICS_8, rounds, _SECTOR_FLOOR_Q10, self._result
         )
         return used >= 8 and used * 2 >= self._result[7]
+
+    def outer_area_near(self, angle_turn16):
+        """The outer ring's area on both sides of a clockwise angle: what a line there must show in this
+        light."""
+        means = self.outer_means
+        sector = (angle_turn16 >> 11) + SECTORS
+        total = count = 0
+        for away in _NEARBY:
+            mean = means[SECTORS + (sector + away) % SECTORS]
+            if mean:
+                total += mean
+                count += 1
+        area = self.area
+        if count:
+            area = min(area, max(total // count, area >> 1))
+        return area
 
     def _correct_perspective(self, dx_q10, dy_q10):
         """The projected centre from the distance of the rings' centres, weighted by how sure it is.

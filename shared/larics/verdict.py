@@ -93,11 +93,11 @@ class Judge:
         """The verdict on the orientation line."""
         if lines.rivals == 0:
             return NO_ORIENTATION
-        if lines.rivals > 1 or not self._rule(150 - lines.second_q8, 100):
+        if lines.rivals > 1 or not self._rule(250 - lines.second_q8, 150):
             return TWO_ORIENTATIONS
         if (
             self._rule(lines.line_q8 - 96, 110)
-            and self._rule(80 - lines.gap_q8, 80)
+            and self._rule(90 - lines.gap_q8, 80)
             and self._rule(100 - abs(lines.slope_q10), 80)
         ):
             return ACCEPTED
