@@ -9,7 +9,7 @@ FRESH_SEED = 5000  # seeds from here on belong to the bench; tuning stays below 
 
 QUALITY_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "hough")
 TIMED_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "apriltag2", "hough")
-SWEPT_METHODS = ("larics", "larics_sharp", "paper", "aruco_subpix", "apriltag")
+SWEPT_METHODS = ("larics", "paper", "aruco_subpix", "apriltag")
 
 
 class Job(NamedTuple):

@@ -11,7 +11,6 @@ from . import methods  # noqa: E402
 
 _COLOURS = {
     "larics": "#0b5fa5",
-    "larics_sharp": "#7fb2dd",
     "paper": "#8a8a8a",
     "aruco": "#f0b46c",
     "aruco_subpix": "#d97b1a",
@@ -19,7 +18,7 @@ _COLOURS = {
     "apriltag2": "#93c9a8",
     "hough": "#b06ab3",
 }
-_STYLE = {"larics_sharp": "--", "paper": ":"}
+_STYLE = {"paper": ":"}
 
 
 def _save(figure, path):
