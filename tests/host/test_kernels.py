@@ -125,16 +125,18 @@ def test_intermediates_keep_a_factor_of_two_below_int32(outputs, kernel):
     assert int(line.split()[2]) <= LARGEST
 
 
-def test_no_frame_overflows_a_whole_detector():
+def test_no_frame_overflows_a_whole_detector(tmp_path):
     """Extreme frames through the detectors: the strict executor raises nothing, and all executors agree."""
-    expected = execute("strict", "detectors.py", "paper", "detector")
+    frames = str(tmp_path / "frames")
+    assert execute("plain", "detectors.py", "--make", frames).returncode == 0
+    expected = execute("strict", "detectors.py", frames, "paper", "detector")
     assert expected.returncode == 0, expected.stderr
     lines = expected.stdout.splitlines()
     for name in ("paper", "detector"):
         own = [line for line in lines if line.startswith(name)]
         assert len(own) >= 20 and len([line for line in own if "Detection(" in line]) >= 3
     for executor in ("numba", "plain", "micropython"):
-        found = execute(executor, "detectors.py", "paper", "detector")
+        found = execute(executor, "detectors.py", frames, "paper", "detector")
         assert found.stdout == expected.stdout, executor
 
 

@@ -17,11 +17,6 @@ def sparse_cells(count, random, density):
     return cells
 
 
-def clear_cells(random):
-    for first, end in ((0, 0), (0, 1), (8, 40), (3, 36)):
-        yield ints(50, random, 0, ALL_BITS), first, end
-
-
 def cast_votes(random):
     for width, height, step, outer, inner, count in (
         (60, 40, 2, 6, 4, 80),
@@ -88,7 +83,6 @@ def rank_centres(random):
 
 
 CASES = {
-    "clear_cells": clear_cells,
     "cast_votes": cast_votes,
     "join_cells": join_cells,
     "find_windows": find_windows,

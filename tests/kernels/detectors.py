@@ -1,16 +1,47 @@
-"""Whole detectors on extreme frames: `detectors.py NAME...`, on any interpreter; names: DETECTORS.
+"""Whole detectors on extreme frames, on any interpreter, one line a frame and detector.
 
-One line a frame: detector, size, frame, and what was found. Interpreters agree when their lines do, and the
-strict executor raises where any intermediate would overflow an int32.
+    detectors.py --make FILE       draws the frames
+    detectors.py FILE NAME...      runs the detectors of that name (DETECTORS) on them
+
+Interpreters agree when their lines do, and the strict executor raises where any intermediate would overflow
+an int32.
 """
 
 import sys
 
-from inputs import PATTERNS, Random, pixels
-
-from marker_drawing import draw
-
 SEED = 4711
+SIZES = ((80, 60, 12, 18), (115, 90, 24, 28))
+# light, dark, noise: the strongest contrast, the weakest, and lines that noise all but hides
+LIGHTS = ((255, 0, 1), (60, 50, 1), (10, 0, 1), (150, 100, 106), (245, 20, 11))
+
+
+def frames(width, height, low, high):
+    """(name, frame) of markers of several sizes, headings and contrasts, and of patterns if small."""
+    from inputs import PATTERNS, Random, pixels
+
+    from marker_drawing import draw
+
+    for index, (light, dark, noise) in enumerate(LIGHTS):
+        radius_q4 = 16 * low + (high - low) * 4 * index + 3
+        heading_cdeg = (7 * index + radius_q4) * 1234 % 36000
+        marker_id = 1 + (index + radius_q4) % 7
+        x_q4, y_q4 = 8 * width + 5, 8 * height - 3
+        yield (
+            "marker:%d/16px,%d_on_%d" % (radius_q4, dark, light),
+            draw(width, height, marker_id, x_q4, y_q4, radius_q4, heading_cdeg, light, dark, noise),
+        )
+    if width < 100:
+        for pattern in sorted(PATTERNS):
+            yield pattern, pixels(pattern, width, height, Random(SEED))
+
+
+def make(path):
+    """Writes the frames, each after a line with its name, size and range of radii."""
+    with open(path, "wb") as file:
+        for width, height, low, high in SIZES:
+            for name, frame in frames(width, height, low, high):
+                file.write(("%s %d %d %d %d\n" % (name, width, height, low, high)).encode())
+                file.write(frame)
 
 
 def paper(width, height, radius_min_px, radius_max_px):
@@ -26,37 +57,24 @@ def detector(width, height, radius_min_px, radius_max_px):
 
 
 DETECTORS = {"paper": paper, "detector": detector}
-SIZES = ((80, 60, 10, 22), (115, 90, 24, 28))
-# light, dark, noise: the strongest contrast, the weakest, and lines that noise all but hides
-LIGHTS = ((255, 0, 1), (60, 50, 1), (10, 0, 1), (150, 100, 106), (245, 20, 11))
 
 
-def frames(width, height, low, high):
-    """(name, frame) of markers of several sizes, headings and contrasts, and of patterns if small."""
-    for index, (light, dark, noise) in enumerate(LIGHTS):
-        radius_q4 = 16 * low + (high - low) * 4 * index + 3
-        heading_cdeg = (7 * index + radius_q4) * 1234 % 36000
-        place = (8 * width + 5, 8 * height - 3)
-        frame = draw(
-            width,
-            height,
-            1 + (index + radius_q4) % 7,
-            place[0],
-            place[1],
-            radius_q4,
-            heading_cdeg,
-            light,
-            dark,
-            noise,
-        )
-        yield "marker of %d/16 px, %d on %d" % (radius_q4, dark, light), frame
-    if width < 100:
-        for pattern in sorted(PATTERNS):
-            yield pattern, pixels(pattern, width, height, Random(SEED))
+def run(path, names):
+    made = {}
+    with open(path, "rb") as file:
+        while True:
+            line = file.readline().decode().split()
+            if not line:
+                break
+            size = tuple([int(word) for word in line[1:]])
+            frame = bytearray(file.read(size[0] * size[1]))
+            for name in names:
+                if (name, size) not in made:
+                    made[name, size] = DETECTORS[name](*size)
+                print(name, size, line[0], made[name, size].detect(frame))
 
 
-for width, height, low, high in SIZES:
-    detectors = [(name, DETECTORS[name](width, height, low, high)) for name in sys.argv[1:]]
-    for frame_name, frame in frames(width, height, low, high):
-        for name, made in detectors:
-            print(name, width, height, frame_name, made.detect(frame))
+if sys.argv[1] == "--make":
+    make(sys.argv[2])
+else:
+    run(sys.argv[1], sys.argv[2:])
