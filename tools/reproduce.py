@@ -22,6 +22,7 @@ from larics_host.drive.score import score
 from larics_host.drive.simulation import Simulation
 from larics_host.errors import UserError, report
 from larics_host.plots import png
+from tools import method_figures
 from tools.reproduce_report import write_report
 
 SEED = 5000
@@ -80,22 +81,6 @@ def _progress(name, driver):
     return tell
 
 
-def method_figures(folder):
-    """Figures 4, 5 and 7: the published method on one frame of the field."""
-    from larics_host.render.camera import Motion, Pose
-    from larics_host.render.view import render_view
-
-    field = fields.draw_field("sunny", SEED)
-    x, y, heading = field.markers[7]
-    pose = Pose(x - 120, y + 90, heading + 40)
-    picture, _ = render_view(
-        field.scene, pose, Motion(200.0), field.camera, field.light(10.0), field.noise, name="method"
-    )
-    radius_px = (field.settings["radius_min_px"], field.settings["radius_max_px"])
-    (folder / "radial-sums.png").write_bytes(png(figures.radial_sums_figure(picture, radius_px)))
-    (folder / "accumulator.png").write_bytes(png(figures.accumulator_figure(picture, radius_px)))
-
-
 def main(argv=None):
     """Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -115,7 +100,7 @@ def main(argv=None):
         folder.mkdir(parents=True, exist_ok=True)
         stored = folder / "scores.json"
         scores = json.loads(stored.read_text()) if stored.exists() and args.only else []
-        method_figures(folder)
+        method_figures.write(folder)
         for name, driver, compare in DRIVES:
             if name not in only:
                 continue

@@ -130,12 +130,17 @@ def write_report(path, scores):
         "",
         "## Pictures",
         "",
-        "![Votes](accumulator.png)",
+        "The published method on one frame: votes for the centre (its figures 4 and 5) and the sums H(alpha) "
+        "from which it reads direction and bits (figure 7).",
         "",
-        "![Radial sums](radial-sums.png)",
+        "![Votes](method_votes.png)",
+        "",
+        "![H(alpha)](method_bits.png)",
         "",
     ]
     for entry in scores:
         stem = "%s-%s" % (entry["condition"], entry["driver"])
         lines += ["![%s](%s.png)" % (entry["summary"], stem), ""]
+        if entry["driver"] == "larics":
+            lines += ["![Frames of it](strip-%s.png)" % entry["condition"], ""]
     path.write_text("\n".join(lines), encoding="utf-8")

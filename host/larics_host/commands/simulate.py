@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from larics_host.drive.command import add_loop_arguments, run_loop
 from larics_host.errors import UserError
 from larics_host.progress import watched
 from larics_host.stills import encode_pgm
@@ -13,12 +14,14 @@ HELP = "render frames of a ceiling with markers, with the truth about each"
 EXAMPLE = """
 larics simulate --preset sunny --frames 100 --seed 7 --radius-px 30 -o frames
 larics simulate --preset cloudy --drive curve --ids 1,2,3 --rate 10 -o drive
+larics simulate --drive loop --condition pushed --seconds 60 -o pushed
 """
 
 # named here as well, for a quick --help; a test compares them with the renderer's
 PRESET_NAMES = ("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative")
 MIN_SIDE_PX, MAX_SIDE_PX = 16, 2048
 MAX_RADIUS_PX = 400.0
+LOOP = "loop"
 
 
 def add_arguments(parser):
@@ -43,12 +46,13 @@ def add_arguments(parser):
     scene.add_argument("--occlusion", type=float, metavar="SHARE", help="hidden share of the ring, 0 to 1")
     scene.add_argument("--line-mm", type=float, metavar="MM", help="line width, 5 to 30")
     drive = parser.add_argument_group("a drive under several markers")
-    drive.add_argument("--drive", metavar="SHAPE", help="straight or curve")
+    drive.add_argument("--drive", metavar="SHAPE", help="straight, curve, or loop: see below")
     drive.add_argument("--speed-cm-s", type=float, metavar="CM", help="speed (that of the preset)")
     drive.add_argument("--rate", type=float, default=30.0, metavar="HZ", help="frames per second (30)")
     drive.add_argument(
         "--spacing-mm", type=float, default=1500.0, metavar="MM", help="marker to marker (1500)"
     )
+    add_loop_arguments(parser)
 
 
 # option, lowest, highest value that makes sense
@@ -78,7 +82,7 @@ def _check(args):
     for value, known, what in (
         (args.preset, PRESET_NAMES, "preset"),
         (args.target, TARGETS, "target"),
-        (args.drive or SHAPES[0], SHAPES, "drive"),
+        (args.drive or SHAPES[0], (*SHAPES, LOOP), "drive"),
     ):
         if value not in known:
             raise UserError("unknown %s %s: choose from %s" % (what, value, ", ".join(known)))
@@ -201,6 +205,8 @@ def run(args):
         import numba  # noqa: F401 (the renderer's loops are hopeless without it)
     except ImportError:
         raise UserError("larics simulate needs the Python package numba: pip install numba") from None
+    if args.drive == LOOP:
+        return run_loop(args, _folder(args))
     _check(args)
     facts = {"preset": args.preset, "seed": args.seed, "width": args.width, "height": args.height}
     facts.update(radius_px=args.radius_px, target=args.target)

@@ -37,6 +37,7 @@ ASSUMED = (
     "the ceiling around the markers has tiles, lamps and furniture as the presets draw them",
     "the vehicle has two driven wheels 300 mm apart, 60 ms of delay, 80 ms of lag, 0.3 % of bias and 2 % of "
     "noise on each wheel's speed",
+    "the exposure stays as it is, also when the light is switched",
     "capture and detection take 15 ms, then the line 115200 baud",
     "the vehicle stops below each marker and turns there, as in figure 9",
 )

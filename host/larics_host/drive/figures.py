@@ -1,4 +1,4 @@
-"""Pictures of a drive: the path over the map, a strip of frames, and the published method's inner life."""
+"""Pictures of a drive: the path over the map, and a strip of frames."""
 
 import math
 
@@ -86,7 +86,9 @@ def keep_changes(most=8):
 
 
 def strip(record, pictures=None, columns=4, scale=0.75):
-    """The kept frames (or these) side by side with what was seen in them, as figure 9 of the paper; (H, W, 3) uint8."""
+    """The kept frames (or these) side by side with what was seen in them, as the paper's figure 9.
+
+    Returns (H, W, 3) uint8, BGR."""
     from larics_host.detectors import make_detector
 
     settings, camera = record.field.settings, record.field.camera
@@ -120,60 +122,3 @@ def _draw_detection(tile, found):
     text = str(found.marker_id) if found.marker_id >= 0 else "?"
     place = (round(x + 1.2 * radius), round(y + 1.2 * radius))
     cv2.putText(tile, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.8, colour, 2, cv2.LINE_AA)
-
-
-def radial_sums_figure(picture, radius_px):
-    """H(alpha) of the published method for the marker in a frame, as figure 7; a matplotlib Figure."""
-    from larics.paper import PaperDetector
-
-    height, width = picture.shape
-    detector = PaperDetector(width, height, *radius_px)
-    found = list(detector.detect(picture))
-    sums = np.array(detector.radial_sums)
-    plot = new_figure(9.0, 3.2)
-    axes = plot.add_subplot()
-    axes.plot(sums, color="black", linewidth=1.0)
-    axes.axhline(detector.z6 / 6, color="#b2182b", linewidth=1, linestyle="--", label="Z")
-    if found:
-        top = round(found[0].heading_cdeg / 100)
-        axes.axvline(top, color="#1b7837", linewidth=1.2, label="orientation line, %d deg" % top)
-        for bit, turn in enumerate((90, 180, 270)):
-            angle = (top + turn) % 360
-            axes.axvline(angle, color="#2166ac", linewidth=0.9, linestyle=":")
-            one = sums[angle] > detector.z6 / 6
-            axes.annotate("bit %d = %d" % (2 - bit, one), (angle, 1.08 * sums.max()), fontsize=8, ha="center")
-        axes.set_title("Radial sums H(alpha) of marker %s" % found[0].marker_id, pad=16)
-    axes.set_xlim(0, 359)
-    axes.set_xlabel("alpha, degrees counterclockwise")
-    axes.set_ylabel("dark pixels along the ray")
-    axes.set_ylim(0, 1.25 * sums.max())
-    axes.legend(fontsize=8, loc="upper left")
-    return plot
-
-
-def accumulator_figure(picture, radius_px):
-    """A frame and the published method's Hough accumulator over it, as figures 4 and 5."""
-    from larics.paper import PaperDetector
-
-    height, width = picture.shape
-    detector = PaperDetector(width, height, *radius_px)
-    detector.detect(picture)
-    votes = np.array(detector.accumulator, dtype=float).reshape(height, width)
-    plot = new_figure(13.0, 4.0)
-    axes = plot.add_subplot(1, 3, 1)
-    axes.imshow(picture, cmap="gray", vmin=0, vmax=255)
-    axes.set_title("frame")
-    axes.set_axis_off()
-    axes = plot.add_subplot(1, 3, 2)
-    axes.imshow(np.sqrt(votes), cmap="inferno")
-    axes.set_title("votes for a common centre of both rings")
-    axes.set_axis_off()
-    y, x = np.unravel_index(votes.argmax(), votes.shape)
-    axes = plot.add_subplot(1, 3, 3, projection="3d")
-    half = 40
-    y0, x0 = max(0, y - half), max(0, x - half)
-    patch = votes[y0 : y + half + 1, x0 : x + half + 1]
-    grid_y, grid_x = np.mgrid[y0 : y0 + patch.shape[0], x0 : x0 + patch.shape[1]]
-    axes.plot_surface(grid_x, grid_y, patch, cmap="inferno", rcount=80, ccount=80, linewidth=0)
-    axes.set_title("votes around the maximum at (%d, %d)" % (x, y))
-    return plot

@@ -93,12 +93,11 @@ def wheel_controller(condition):
 
 
 class Simulation:
-    """`run` drives a Field and returns its Record.
+    """Drives a Field; `record` is what was recorded.
 
     interpreter    "micropython" or "cpython"; driver: the method that the firmware uses
     compare        methods that look at the same frames beside it, on this PC
     keep           function (simulation, frame index) -> caption to keep the picture, or None
-    on_frame       called with the Record after each frame
     """
 
     def __init__(self, field_, seed, interpreter="micropython", driver="larics", compare=(), keep=None):
@@ -114,6 +113,14 @@ class Simulation:
         self._waiting = []  # (time of arrival, type, sequence, values)
 
     def run(self, on_frame=None):
+        """The whole drive; on_frame is called with the Record after each frame."""
+        for _ in self.frames():
+            if on_frame:
+                on_frame(self.record)
+        return self.record
+
+    def frames(self):
+        """The drive, frame by frame; each item is the newest Frame."""
         condition = self.field.condition
         settings, interpreter = self._firmware
         events = [event for event in self.field.events if event.kind == "push"]
@@ -125,8 +132,7 @@ class Simulation:
                 if now_s >= index * period_s:
                     self._take_frame(firmware, index, now_s)
                     index += 1
-                    if on_frame:
-                        on_frame(self.record)
+                    yield self.record.frames[-1]
                 while events and events[0].at_s <= now_s:
                     event = events.pop(0)
                     self.vehicle.push(event.forward_mm, event.left_mm, event.turn_deg)
@@ -137,7 +143,6 @@ class Simulation:
                 steps += 1
             self.record.line_errors, self.record.line_bytes = firmware.line_errors, firmware.received_bytes
         self.record.way_mm = self.vehicle.way_mm
-        return self.record
 
     def _control(self, now_s):
         while self._waiting and self._waiting[0][0] <= now_s:

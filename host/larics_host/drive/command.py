@@ -1,0 +1,99 @@
+"""`larics simulate --drive loop`: one drive of the closed loop, its figures and pictures into a folder."""
+
+import csv
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+from larics_host.drive.firmware import INTERPRETERS
+from larics_host.errors import UserError
+
+METHODS = ("larics", "paper")
+# named here as well, for a quick --help; a test compares them with those of the field
+CONDITION_NAMES = ("cloudy", "sunny", "double", "steady", "fast-1", "fast-2", "lights", "dirty", "missing")
+CONDITION_NAMES += ("pushed", "calibration")
+_LONGEST_S = 24 * 3600.0
+
+
+def add_loop_arguments(parser):
+    """The arguments of a closed loop."""
+    group = parser.add_argument_group("a closed loop (--drive loop): firmware, wire, controller and wheels")
+    group.add_argument("--condition", default="sunny", metavar="NAME", help=", ".join(CONDITION_NAMES))
+    group.add_argument("--seconds", type=float, metavar="S", help="how long (that of the condition)")
+    group.add_argument("--on", default="micropython", metavar="NAME", help="micropython, or cpython")
+    group.add_argument("--method", default="larics", metavar="NAME", help="what detects: larics, or paper")
+
+
+def run_loop(args, folder):
+    """Drives, writes frames.csv, score.json, path.png and strip.png to the folder; returns the exit code."""
+    for value, known, what in (
+        (args.condition, CONDITION_NAMES, "condition"),
+        (args.on, INTERPRETERS, "interpreter"),
+        (args.method, METHODS, "method"),
+    ):
+        if value not in known:
+            raise UserError("unknown %s %s: choose from %s" % (what, value, ", ".join(known)))
+    if args.seconds is not None and not 1.0 <= args.seconds <= _LONGEST_S:
+        raise UserError("--seconds is %g: give a number from 1 to %g" % (args.seconds, _LONGEST_S))
+    # imported here: they compile the renderer and load the plots
+    import cv2
+
+    from larics_host.drive import figures
+    from larics_host.drive.field import draw_field
+    from larics_host.drive.score import score
+    from larics_host.drive.simulation import Simulation
+    from larics_host.plots import png
+    from larics_host.progress import watched
+
+    field = draw_field(args.condition, args.seed)
+    if args.seconds is not None:
+        field.condition = replace(field.condition, seconds=args.seconds)
+    folder = Path(folder)
+    expected = math.ceil(field.condition.seconds * field.condition.rate_hz)
+    simulation = Simulation(field, args.seed, args.on, args.method, keep=figures.keep_changes())
+    for _ in watched(simulation.frames(), expected, quiet_stdout=True):
+        pass
+    record = simulation.record
+    result = score(record)
+    _write_frames(folder / "frames.csv", record)
+    (folder / "score.json").write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
+    (folder / "path.png").write_bytes(png(figures.path_figure(record, field.condition.summary)))
+    cv2.imwrite(str(folder / "strip.png"), figures.strip(record))
+    _tell(result, folder)
+    return 0
+
+
+def _write_frames(path, record):
+    columns = ("time_s", "true_x_mm", "true_y_mm", "true_heading_deg", "state", "x_mm", "y_mm", "heading_deg")
+    columns += ("error_mm", "error_deg", "sigma_mm", "id", "route_position", "behaviour")
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        for frame in record.frames:
+            truth = [round(value, 3) for value in (frame.x_mm, frame.y_mm, frame.heading_deg % 360)]
+            error = [round(value, 4) for value in frame.error]
+            writer.writerow(
+                [
+                    *(round(frame.time_s, 3), *truth, frame.state, *frame.pose, *error, frame.sigma_mm),
+                    *(frame.marker_id, frame.route_position, frame.behaviour),
+                ]
+            )
+
+
+def _tell(result, folder):
+    wire = result.methods["wire"]
+    print(
+        "%d frames, %d of %d whole markers with the right ID, %d wrong"
+        % (wire.frames, wire.right, wire.markers, wire.other + wire.cut_wrong)
+    )
+    for name, values, unit in (
+        ("pose", result.tracking_mm, "mm"),
+        ("heading", result.tracking_deg, "deg"),
+        ("coasting", result.coasting_mm, "mm"),
+    ):
+        print("%-8s median %.2f, p95 %.2f, max %.2f %s" % (name, values.median, values.p95, values.max, unit))
+    print(
+        "%d markers left, %d of %d laps, %.1f m; path.png, strip.png, frames.csv and score.json in %s"
+        % (result.visits, result.laps_completed, result.laps_begun, result.way_m, folder)
+    )
