@@ -162,8 +162,8 @@ class Exposure:
         wanted_cdb = gain_cdb((light << 8) // max(1, exposure_us))
         if wanted_cdb > self._gain_most_cdb:
             wanted_cdb = self._gain_most_cdb
-        # what steps of gain and their end leave over
-        exposure_us = max(10, min(self._longest_us, (light << 8) // gain_q8(wanted_cdb)))
+        limit_us = self._longest_us if wanted_cdb == self._gain_most_cdb else self._blur_us
+        exposure_us = max(10, min(limit_us, (light << 8) // gain_q8(wanted_cdb)))
         if exposure_us == before_us and wanted_cdb == before_cdb:
             return False
         if wanted_cdb != before_cdb:

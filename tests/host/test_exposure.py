@@ -40,7 +40,7 @@ def test_a_lamp_in_the_picture_changes_nothing():
 def test_the_blur_limit_comes_before_gain_and_gain_before_a_longer_exposure():
     values = {"radius_min_px": 24, "radius_max_px": 36, "max_speed_mm_s": 1000, "focal_q8": 500 * 256}
     settings = Settings(dict(values, ceiling_mm10=25000))
-    rows, control = run([0.3] * 16, settings=settings)
+    rows, control = run([0.05] * 16, settings=settings)
     assert control.blur_limit_us == 10000  # 2 px of 5 mm at 1 m/s
     assert rows[-1][4] <= 10100 and rows[-1][5] > 0 and rows[-1][2]
     settings = Settings(dict(values, ceiling_mm10=25000, gain_max_db10=60))

@@ -1,0 +1,330 @@
+"""Each fault injected into the whole program: counted, reported with its code, and recovered from."""
+
+from board_parts import Clock, Uart, make_app, marker, plain
+
+from cameras import CameraError
+from faults import Faults
+from keeper import Keeper
+from larics import messages as m
+from larics.settings import VERSION, Settings
+from storage import Store, seal
+
+FAULTS = 12  # indices in a STATUS
+LAST = 13
+ACTIVE = 14
+STATE = 15
+
+
+class Camera:
+    """Delivers the same frame for ever, and fails as a test wants."""
+
+    ended = False
+    width, height = 160, 120
+
+    def __init__(self, frame):
+        self.picture = frame
+        self.frame = None
+        self.frame_number = -1
+        self.skipped = 0
+        self.capture_us = 0
+        self.started = 0
+        self.silent = False
+        self.error = None
+        self.start_error = None
+
+    def start(self):
+        self.started += 1
+        if self.start_error:
+            raise self.start_error
+        self.frame_number = -1
+
+    def grab(self):
+        if self.error:
+            raise self.error
+        if self.silent:
+            return False
+        self.frame = self.picture
+        self.frame_number += 1
+        return True
+
+    def exposure(self, us=None):
+        return 5000
+
+    def gain(self, cdb=None):
+        return 0
+
+    def stop(self):
+        self.frame = None
+
+
+def program(settings=None, **options):
+    """(app, camera, uart, clock) of a program that sees a marker."""
+    clock = Clock(step_us=50)
+    uart = Uart(collect=True)
+    app = make_app([plain(120)], uart, settings, clock=clock, **options)
+    camera = Camera(PICTURE)
+    app.camera = camera
+    camera.start()
+    return app, camera, uart, clock
+
+
+PICTURE = marker(5, 80, 60, 20)
+
+
+def steps(app, clock, ms):
+    end_us = clock.now_us + 1000 * ms
+    while clock.now_us < end_us:
+        app.loop.step()
+        clock.now_us += 10000
+
+
+def last_status(uart):
+    return uart.of(m.STATUS)[-1]
+
+
+def markers(uart):
+    return len(uart.of(m.MARKER))
+
+
+def test_no_fault_in_normal_operation():
+    app, _, uart, clock = program()
+    steps(app, clock, 2500)
+    status = last_status(uart)
+    assert status[FAULTS] == 0 and status[LAST] == 0 and status[ACTIVE] == 0 and status[STATE] == m.TRACKING
+    assert markers(uart) > 50
+
+
+def test_camera_that_delivers_nothing_is_started_again():
+    app, camera, uart, clock = program()
+    steps(app, clock, 1000)
+    camera.silent = True
+    steps(app, clock, 1500)
+    assert app.faults.active == 1 << m.FAULT_CAMERA_TIMEOUT and camera.started == 2
+    assert app.faults.last == m.FAULT_CAMERA_RESET
+    steps(app, clock, 1500)
+    assert last_status(uart)[ACTIVE] == 1 << m.FAULT_CAMERA_TIMEOUT
+    camera.silent = False
+    before = markers(uart)
+    steps(app, clock, 2500)
+    assert markers(uart) > before + 100 and last_status(uart)[ACTIVE] == 0
+
+
+def test_camera_that_raises_is_started_again_and_the_status_goes_on():
+    app, camera, uart, clock = program()
+    steps(app, clock, 500)
+    camera.error = CameraError("csi: Frame capture has timed out.")
+    camera.start_error = RuntimeError("Failed to detect the image sensor")
+    before = len(uart.of(m.STATUS))
+    steps(app, clock, 6000)
+    assert len(uart.of(m.STATUS)) >= before + 5 and last_status(uart)[LAST] == m.FAULT_CAMERA
+    assert 3 <= camera.started <= 5  # not in every round
+    camera.error = camera.start_error = None
+    before = markers(uart)
+    steps(app, clock, 4000)
+    assert markers(uart) > before + 100 and app.faults.last == m.FAULT_CAMERA_RESET
+
+
+def test_a_camera_that_is_missing_at_the_start_may_come_later():
+    from app import App
+
+    clock, uart, camera = Clock(step_us=50), Uart(collect=True), Camera(PICTURE)
+    camera.start_error = OSError(19)
+    values = {"method": "paper", "radius_min_px": 15, "radius_max_px": 25, "width": 160, "height": 120}
+    app = App(Settings(values), camera, uart, "test", clock=clock)
+    steps(app, clock, 3000)
+    assert last_status(uart)[LAST] == m.FAULT_CAMERA and markers(uart) == 0
+    camera.start_error = None
+    steps(app, clock, 4000)
+    assert markers(uart) > 50
+
+
+def test_line_that_takes_nothing_or_fails():
+    app, _, uart, clock = program()
+    steps(app, clock, 500)
+    for trouble in ("room", "broken"):
+        uart.room, uart.broken = (0, False) if trouble == "room" else (1000, True)
+        total = app.faults.total
+        steps(app, clock, 1500)
+        assert app.faults.active == 1 << m.FAULT_UART_WRITE and app.faults.total == total + 1
+        uart.room, uart.broken = 1000, False
+        steps(app, clock, 1500)
+        assert app.faults.active == 0
+        assert last_status(uart)[FAULTS] == total + 1 and last_status(uart)[LAST] == m.FAULT_UART_WRITE
+    frames = [values[0] for values in uart.of(m.MARKER)]
+    assert frames == sorted(frames)  # what waited too long was replaced by newer ones
+    assert frames[-1] - frames[0] > len(frames) + 100
+
+
+def test_an_exception_in_the_detection_costs_its_frame():
+    app, _, uart, clock = program()
+    real = app.detector
+
+    class Broken:
+        def detect(self, frame):
+            raise ValueError("wrong")
+
+    steps(app, clock, 300)
+    app.detector = Broken()
+    before = markers(uart)
+    steps(app, clock, 1200)
+    assert app.faults.last == m.FAULT_DETECT and markers(uart) <= before + 1
+    app.detector = real
+    steps(app, clock, 1000)
+    assert markers(uart) > before + 20 and last_status(uart)[LAST] == m.FAULT_DETECT
+
+
+def test_memory_that_runs_out_is_collected():
+    app, _, uart, clock = program()
+    steps(app, clock, 300)
+    real = app.detector
+
+    class Hungry:
+        calls = 0
+
+        def detect(self, frame):
+            Hungry.calls += 1
+            if Hungry.calls < 3:
+                bytearray(1 << 40)
+            return real.detect(frame)
+
+    app.detector = Hungry()
+    before = markers(uart)
+    steps(app, clock, 1500)
+    assert app.faults.total == 2 and app.faults.last == m.FAULT_MEMORY and markers(uart) > before + 50
+
+
+def test_an_exception_anywhere_else_does_not_stop_the_loop():
+    app, _, uart, clock = program()
+    real = app.health.fill
+
+    def broken(*arguments):
+        raise KeyError("oops")
+
+    app.health.fill = broken
+    steps(app, clock, 1500)
+    assert app.faults.last == m.FAULT_LOOP and markers(uart) > 50
+    app.health.fill = real
+    steps(app, clock, 1500)
+    assert last_status(uart)[LAST] == m.FAULT_LOOP
+
+
+def test_a_command_that_raises_does_not_stop_the_loop():
+    from larics import protocol
+
+    app, _, uart, clock = program()
+    encoder = protocol.Encoder()
+    app.info = None  # not callable
+    count = encoder.encode(m.PING, (7,))
+    ping = bytes(encoder.buffer[:count])
+    count = encoder.encode(m.GET_RAW, (8,))
+    app.raw_frame = None
+    uart.incoming = bytes(encoder.buffer[:count])
+    steps(app, clock, 300)
+    assert app.faults.last == m.FAULT_COMMAND
+    uart.incoming = ping
+    steps(app, clock, 300)
+    assert [7, m.PING] in uart.of(m.ACK) and markers(uart) > 20
+
+
+def test_settings_that_do_not_fit_the_detector_fall_back():
+    app, _, uart, clock = program({"method": "larics", "radius_min_px": 5, "radius_max_px": 6})
+    assert app.faults.active == 1 << m.FAULT_SETTINGS_CORRUPT and app.detector is not None
+    app, _, _, _ = program({"focal_q8": 5120, "map": [[5, 0, 0, 0, 0, 0]]})
+    assert app.faults.active == 1 << m.FAULT_SETTINGS_CORRUPT and not app.calibrated
+    app.loop.step()
+    assert app.navigator is None
+
+
+class Files:
+    """Files in memory; full: OSError when written."""
+
+    def __init__(self):
+        self.data = {}
+        self.full = False
+
+    def open(self, path, mode):
+        if mode == "rb" and path not in self.data:
+            raise OSError(2)
+        if mode == "wb":
+            if self.full:
+                raise OSError(28)
+            self.data[path] = b""
+        return File(self, path)
+
+    def rename(self, source, target):
+        self.data[target] = self.data.pop(source)
+
+    def remove(self, path):
+        if path not in self.data:
+            raise OSError(2)
+        del self.data[path]
+
+
+class File:
+    def __init__(self, files, path):
+        self.files, self.path = files, path
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def read(self):
+        return self.files.data[self.path]
+
+    def write(self, data):
+        self.files.data[self.path] = bytes(data)
+
+
+def kept(files):
+    faults = Faults()
+    return Keeper(Store("s.json", files, files.open), faults), faults
+
+
+def test_settings_missing_saved_and_found_again():
+    files = Files()
+    keeper, faults = kept(files)
+    settings = keeper.load()
+    assert faults.active == 1 << m.FAULT_SETTINGS_MISSING
+    settings.update({"baud": 57600, "map": [[1, 2, 3, 4, 0, 0]], "output": "nmea"})
+    assert keeper.save(settings) and faults.active == 0
+    keeper, faults = kept(files)
+    again = keeper.load()
+    assert again.as_dict() == settings.as_dict() and faults.total == 0
+
+
+def test_settings_corrupt_from_another_version_and_out_of_range():
+    for content, fault, baud in (
+        (b"\x00\xff", m.FAULT_SETTINGS_CORRUPT, 115200),
+        (seal("[1, 2"), m.FAULT_SETTINGS_CORRUPT, 115200),
+        (seal("[1, 2]"), m.FAULT_SETTINGS_CORRUPT, 115200),
+        (seal('{"baud": 57600, "width": 5}'), m.FAULT_SETTINGS_CORRUPT, 57600),
+        (seal('{"baud": 57600, "version": %d, "new": 1}' % (VERSION + 1)), m.FAULT_SETTINGS_VERSION, 57600),
+    ):
+        files = Files()
+        files.data["s.json"] = content
+        keeper, faults = kept(files)
+        assert keeper.load().baud == baud, content
+        assert faults.active == 1 << fault and faults.last == fault, (content, faults.last)
+
+
+def test_power_lost_while_saving_is_told():
+    files = Files()
+    keeper, _ = kept(files)
+    keeper.save(Settings({"baud": 9600}))
+    keeper.save(Settings({"baud": 57600}))
+    files.data["s.json"] = files.data["s.json"][:-20]
+    keeper, faults = kept(files)
+    assert keeper.load().baud == 9600 and faults.last == m.FAULT_SAVE_INTERRUPTED and faults.active == 0
+
+
+def test_a_full_flash_is_told_and_the_old_settings_stay():
+    files = Files()
+    keeper, faults = kept(files)
+    keeper.save(Settings({"baud": 9600}))
+    files.full = True
+    assert not keeper.save(Settings({"baud": 57600})) and faults.active == 1 << m.FAULT_STORAGE
+    assert kept(files)[0].load().baud == 9600
+    files.full = False
+    assert keeper.save(Settings({"baud": 57600})) and faults.active == 0
