@@ -26,6 +26,7 @@ _SLOPE = const(5)
 _DEVIATION = const(6)
 
 _HYPOTHESES = const(3)
+_SAMPLES = const(3)  # in each direction of the annulus
 _CODE_OPENING = const(104)  # half the angle between two positions, as a slope / 256
 _CODE_RADII = const(6)
 _WINDOW_CAP_Q8 = const(3584)
@@ -54,7 +55,7 @@ class LineReader:
         self._gap_q10 = ((outer - family.inner_mm10) << 10) // (2 * outer)
         self._line_q10 = (line_mm10 << 10) // outer
         self._annulus_first_q10 = ((outer + half_mm10 + 130) << 10) // outer
-        self._annulus_last_q10 = ((family.orientation_end_mm10 - 110) << 10) // outer
+        self._annulus_last_q10 = ((family.orientation_end_mm10 * 17 // 20) << 10) // outer
         self._line_first_q10 = ((outer + half_mm10 + 50) << 10) // outer
         self._line_last_q10 = ((family.orientation_end_mm10 - 50) << 10) // outer
         code_first_mm10 = max(family.code_start_mm10 + 50, line_mm10 * 21 // 10)
@@ -91,10 +92,9 @@ class LineReader:
         last_q8 = radius_q8 * self._annulus_last_q10 >> 10
         stride = self._stride
         directions = 256 // stride
-        samples = 4 if last_q8 - first_q8 > 1024 else 3
         kernels.annulus_profile(
             frame, 0, 0, 0, LOG_GREY, COSINE, self.width, self.height, x_q8, y_q8, first_q8,
-            (last_q8 - first_q8) // (samples - 1), samples, stride, self._profile,
+            (last_q8 - first_q8) // (_SAMPLES - 1), _SAMPLES, stride, self._profile,
         )  # fmt: skip
         picks = self._picks
         found = kernels.dark_directions(
@@ -108,7 +108,7 @@ class LineReader:
                 self.rivals += 1
                 if self.rivals == 1:
                     best_turn16 = self.angle_turn16
-                    self.line_depth = picks[2 * index + 1] // samples
+                    self.line_depth = picks[2 * index + 1] // _SAMPLES
                     if found > index + 1:
                         self.second_q8 = (picks[2 * index + 3] << 8) // picks[2 * index + 1]
                     else:
@@ -149,7 +149,7 @@ class LineReader:
         self.angle_turn16 = angle_turn16 & 65535
         self.slope_q10 = result[_SLOPE]
         self.deviation_q10 = result[_DEVIATION]
-        if inside < 2 or result[_OUTSIDE]:
+        if inside < 2 or inside < result[_OUTSIDE]:
             self.line_q8 = 0
             self.gap_q8 = 256
         else:

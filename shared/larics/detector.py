@@ -313,7 +313,7 @@ class Detector:
         if verdict != verdicts.ACCEPTED:
             return verdict
         lines.find_orientation(frame, rings)
-        verdict = judge.orientation(lines)
+        verdict = judge.orientation(lines, rings)
         if verdict != verdicts.ACCEPTED:
             return verdict
         lines.read_code(frame, rings)
@@ -324,7 +324,7 @@ class Detector:
         if verdict != verdicts.ACCEPTED:
             return verdict
         lines.refine(frame, rings)
-        verdict = judge.orientation(lines)
+        verdict = judge.orientation(lines, rings)
         if verdict != verdicts.ACCEPTED:
             return verdict
         return judge.code(lines, rings)

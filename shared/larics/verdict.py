@@ -21,7 +21,7 @@ POOR_RINGS = const(4)  # coverage, ratio, depth or residual are not those of a m
 OUT_OF_RANGE = const(5)
 NO_ORIENTATION = const(6)
 TWO_ORIENTATIONS = const(7)
-NOT_EMPTY = const(8)  # something dark or bright where nothing is printed
+NOT_EMPTY = const(8)  # something where nothing is printed, or too doubtful altogether
 NO_CODE = const(9)  # ID 0 while it is not enabled
 VERDICT_NAMES = (
     "accepted", "id_uncertain", "no_radius", "no_fit", "poor_rings", "out_of_range", "no_orientation",
@@ -30,6 +30,8 @@ VERDICT_NAMES = (
 
 _BITS = (2, 4, 6)  # positions, most significant first
 _EMPTY = (0, 1, 3, 5, 7)
+_LINE_MOST = const(520)
+_POSE_MARGIN = const(48)  # a pose without an ID needs at least that margin
 _GUARD_MOST = const(70)  # areas, 256 = as the rings'
 _ONE_LEAST = const(150)
 _ZERO_MOST = const(66)
@@ -89,7 +91,7 @@ class Judge:
             return ACCEPTED
         return POOR_RINGS
 
-    def orientation(self, lines):
+    def orientation(self, lines, rings):
         """The verdict on the orientation line."""
         if lines.rivals == 0:
             return NO_ORIENTATION
@@ -97,6 +99,8 @@ class Judge:
             return TWO_ORIENTATIONS
         if (
             self._rule(lines.line_q8 - 96, 110)
+            and self._rule(_LINE_MOST - lines.line_q8, 120)
+            and self._rule(rings.radius_q8 // 24 - lines.deviation_q10, rings.radius_q8 // 48)
             and self._rule(90 - lines.gap_q8, 80)
             and self._rule(100 - abs(lines.slope_q10), 80)
         ):
@@ -106,7 +110,7 @@ class Judge:
     def code(self, lines, rings):
         """The verdict on the eight inner positions: five must be empty, three carry the bits."""
         if not lines.code_inside:
-            return ID_UNCERTAIN
+            return ID_UNCERTAIN if self.margin >= _POSE_MARGIN else NOT_EMPTY
         for position in _EMPTY:
             if not self._rule(_GUARD_MOST - ((lines.near_q8[position] + lines.far_q8[position]) >> 1), 50):
                 return NOT_EMPTY
@@ -127,7 +131,7 @@ class Judge:
             return ACCEPTED
         if certain and marker_id == 0:
             return NO_CODE
-        return ID_UNCERTAIN
+        return ID_UNCERTAIN if self.margin >= _POSE_MARGIN else NOT_EMPTY
 
     def _erased(self, lines, rings, position):
         """Whether a missing line may be hidden by glare, shadow or dirt: the inner ring beside it is, too."""
