@@ -24,6 +24,7 @@ COMMANDS = (
     "marker",
     "detect",
     "validate",
+    "monitor",
     "log",
     "replay",
     "settings",

@@ -132,7 +132,7 @@ class Client:
         silent_s = 4 * self._timeout_s
         last = asked = self._clock()
         while known < total:
-            self._pump()
+            self.poll()
             now = self._clock()
             if len(self._raw_chunks) != known:
                 known = len(self._raw_chunks)
@@ -181,7 +181,7 @@ class Client:
                 self._stream.write(b"\0" + bytes(self._encoder.buffer[:size]))
                 end = self._clock() + (timeout_s or self._timeout_s)
                 while self._clock() < end:
-                    self._pump()
+                    self.poll()
                     if self._answer and not (want_header and self._answer[0] and not self._raw_header):
                         return self._result(command)
         finally:
@@ -197,7 +197,8 @@ class Client:
         place = " for %s" % field.name if field else ""
         raise Refused("the camera refused %s%s: %s" % (protocol.name(command), place, why), reason)
 
-    def _pump(self):
+    def poll(self):
+        """Reads once and hands on what came. NoAnswer at the end of the line."""
         data = self._stream.read()
         if data is None:
             raise NoAnswer("the line ended")

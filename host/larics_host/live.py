@@ -9,7 +9,7 @@ from larics import codes
 from larics import messages as m
 
 _ROWS = 12
-_STATES = {m.LOST: "LOST", m.COASTING: "COASTING", m.TRACKING: "TRACKING"}
+STATES = {m.LOST: "LOST", m.COASTING: "COASTING", m.TRACKING: "TRACKING"}
 
 
 def flag_text(flags):
@@ -88,7 +88,7 @@ class LiveView:
             lines.append(
                 "pose %s: x %.1f mm, y %.1f mm, heading %.2f deg, %.0f ms old"
                 % (
-                    _STATES[pose["state"]],
+                    STATES[pose["state"]],
                     pose["x_mm10"] / 10,
                     pose["y_mm10"] / 10,
                     pose["heading_cdeg"] / 100,
@@ -100,7 +100,7 @@ class LiveView:
             lines.append(
                 "%s, %.1f frames/s, detection %.1f ms, latency %.1f ms, exposure %.1f ms, gain %.1f dB"
                 % (
-                    _STATES[status["state"]],
+                    STATES[status["state"]],
                     status["rate_chz"] / 100,
                     status["detect_us"] / 1000,
                     status["latency_us"] / 1000,

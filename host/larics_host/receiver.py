@@ -3,6 +3,7 @@
 from larics import protocol
 
 _TEXT_FIELDS = ("board",)
+_NAMES = {number: [field[0] for field in fields] for _, number, _, fields in protocol.MESSAGES}
 _NUMBERS = {name: number for name, number, _, _ in protocol.MESSAGES}
 
 
@@ -35,14 +36,22 @@ def wire_bytes(encoder, name, sequence, fields):
     return bytes(encoder.buffer[: encoder.encode(number, values)])
 
 
+def message_of(number, sequence, values, time_s):
+    """The Message of what a Decoder hands out; copies what the decoder will reuse."""
+    fields = {}
+    for name, value in zip(_NAMES[number], values, strict=True):
+        if isinstance(value, bytearray):
+            data = bytes(value)
+            value = data.rstrip(b"\0").decode("ascii", "replace") if name in _TEXT_FIELDS else data.hex()
+        fields[name] = value
+    return Message(protocol.name(number), sequence, fields, time_s)
+
+
 class Receiver:
     """Feeds a Decoder and hands out what it found; `counters` are the decoder's."""
 
     def __init__(self):
         self._decoder = protocol.Decoder(self._on_message)
-        self._names = {
-            number: [field[0] for field in protocol.fields(number)] for _, number, _, _ in protocol.MESSAGES
-        }
         self._found = []
         self._time_s = 0.0
 
@@ -51,13 +60,7 @@ class Receiver:
         return self._decoder.counters
 
     def _on_message(self, number, sequence, values):
-        fields = {}
-        for name, value in zip(self._names[number], values, strict=True):
-            if isinstance(value, bytearray):  # reused by the decoder: a copy is needed in any case
-                data = bytes(value)
-                value = data.rstrip(b"\0").decode("ascii", "replace") if name in _TEXT_FIELDS else data.hex()
-            fields[name] = value
-        self._found.append(Message(protocol.name(number), sequence, fields, self._time_s))
+        self._found.append(message_of(number, sequence, values, self._time_s))
 
     def feed(self, data, time_s):
         """The messages that `data` completes, in order."""

@@ -129,12 +129,14 @@ class Pacer:
 
 
 class RecordedSource:
-    """A log as a source of bytes, like link.SerialSource, at the pace of a Pacer."""
+    """A log as a source of bytes, like link.SerialSource, at the pace of a Pacer. `time_s` is when the bytes
+    that were read last had come, as far as the log tells."""
 
     live = False
 
     def __init__(self, path, speed=0.0):
         self.name = str(path)
+        self.time_s = 0.0
         self._pacer = Pacer(speed)
         self._pieces = read_pieces(path)
 
@@ -144,6 +146,8 @@ class RecordedSource:
         if piece is None:
             return None
         self._pacer.wait(piece)
+        if piece.time_s is not None:
+            self.time_s = piece.time_s
         return piece.data
 
     def close(self):

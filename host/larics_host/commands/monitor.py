@@ -1,0 +1,117 @@
+"""`larics monitor`: what a camera sees and does, live, in the terminal or on a local web page."""
+
+import sys
+import time
+
+from larics_host.errors import UserError
+
+NAME = "monitor"
+HELP = "watch a camera or a recorded log, in the terminal or on a local web page"
+EXAMPLE = """
+larics monitor --port /dev/ttyACM0
+larics monitor --port /dev/ttyACM0 --web        # prints the address of a page on this computer
+larics monitor --input run.jsonl --speed 2
+"""
+
+_REFRESH_S = 0.1
+_DEFAULT_WEB_PORT = 8731
+
+
+def add_arguments(parser):
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--port", metavar="DEVICE", help="serial port of the camera")
+    source.add_argument("--input", metavar="FILE", help="a log: .jsonl, or .bin of larics log --raw")
+    parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
+    parser.add_argument("--speed", metavar="X", type=float, default=1.0, help="of a log; 0: at once")
+    parser.add_argument("--map", metavar="FILE.json", help="map or settings with a map, to draw its markers")
+    parser.add_argument(
+        "--web",
+        metavar="PORT",
+        nargs="?",
+        type=int,
+        const=_DEFAULT_WEB_PORT,
+        help="serve a page at this port of this computer only (%d)" % _DEFAULT_WEB_PORT,
+    )
+    parser.add_argument("--seconds", metavar="N", type=float, help="stop after N seconds")
+
+
+def run(args):
+    from larics_host.link import SerialSource, stop_on_signals
+    from larics_host.monitor.session import Session
+    from larics_host.monitor.state import MonitorState
+    from larics_host.recording import RecordedSource
+
+    _check(args)
+    rows = _map_rows(args.map) if args.map else ()
+    source = RecordedSource(args.input, args.speed) if args.input else SerialSource(args.port, args.baud)
+    session = Session(source, MonitorState(source.name, rows))
+    server = None
+    if args.web is not None:
+        from larics_host.monitor.web import serve
+
+        server = serve(session, args.web)
+        print("http://127.0.0.1:%d/  (Ctrl-C ends)" % server.server_port, flush=True)
+    session.start()
+    try:
+        with stop_on_signals(live=True) as stopped:
+            _show(args, session, stopped)
+    finally:
+        session.stop()
+        if server:
+            server.shutdown()
+            server.server_close()
+    return _conclude(session)
+
+
+def _check(args):
+    if not args.speed >= 0:
+        raise UserError("--speed %g: give a number from 0 on" % args.speed)
+    if not args.baud > 0:
+        raise UserError("--baud %d: give a number above 0" % args.baud)
+    if args.seconds is not None and not args.seconds > 0:
+        raise UserError("--seconds %g: give a number above 0" % args.seconds)
+    if args.web is not None and not 0 <= args.web <= 65535:
+        raise UserError("--web %d: give a port from 0 (any free one) to 65535" % args.web)
+
+
+def _map_rows(path):
+    from larics_host.camera_settings import read_file
+
+    return read_file(path).get("map", [])
+
+
+def _show(args, session, stopped):
+    """Until the user, the time or the source ends it; a page goes on showing a log that has ended."""
+    end_s = None if args.seconds is None else time.monotonic() + args.seconds
+    if args.web is not None or not sys.stdout.isatty():
+        while not stopped() and (end_s is None or time.monotonic() < end_s):
+            if session.ended and args.web is None:
+                return
+            time.sleep(_REFRESH_S)
+        return
+    from rich.console import Console
+    from rich.live import Live
+
+    from larics_host.monitor.terminal import render
+
+    with Live(console=Console(), auto_refresh=False) as live:
+        while not stopped() and (end_s is None or time.monotonic() < end_s):
+            with session.lock:
+                content = render(session.state, session.ended)
+            live.update(content, refresh=True)
+            if session.ended:
+                return
+            time.sleep(_REFRESH_S)
+
+
+def _conclude(session):
+    """Without a terminal the last view is all there is."""
+    if not sys.stdout.isatty():
+        from rich.console import Console
+
+        from larics_host.monitor.terminal import render
+
+        Console(width=110).print(render(session.state, session.ended))
+    if session.failed:
+        raise UserError(session.ended)
+    return 0

@@ -1,0 +1,142 @@
+"""Reads a camera's line, or a log, in a thread of its own, and fetches raw frames on request."""
+
+import threading
+import time
+
+from larics_host.client import Client, NoAnswer
+from larics_host.errors import UserError
+from larics_host.link import LinkLost
+from larics_host.receiver import message_of
+
+_DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "allow_id0")
+
+
+class RawPicture:
+    """The last raw frame: its number, the PNG with the detections drawn in, and how far a fetch is."""
+
+    def __init__(self):
+        self.number = None
+        self.png = None
+        self.error = None
+        self.progress = None  # (chunks received, chunks), None when no fetch is under way
+        self.version = 0
+
+
+class Session:
+    """Feeds `state`; use `lock` around reading it. `ended` tells why nothing comes any more, else None;
+    `failed` whether that is an error.
+
+    live: whether the source is a camera, which can be asked for settings and raw frames.
+    """
+
+    def __init__(self, source, state):
+        self.lock = threading.Lock()
+        self.state = state
+        self.raw = RawPicture()
+        self.live = source.live
+        self.ended = None
+        self.failed = False
+        self._source = source
+        self._client = Client(source, self._on_message)
+        self._start_s = time.monotonic()
+        self._wanted = threading.Event()
+        self._stop = threading.Event()
+        self._settings = {}
+        self._has_map = bool(state.landmarks)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def start(self):
+        self._thread.start()
+
+    def stop(self):
+        self._stop.set()
+        self._thread.join(timeout=5)
+        self._source.close()
+
+    def fetch_raw(self):
+        """Asks for a raw frame; `raw` tells what becomes of it. False when that is not possible."""
+        if not self.live or self.ended:
+            return False
+        self._wanted.set()
+        return True
+
+    def _on_message(self, number, sequence, values):
+        time_s = self._source.time_s if not self.live else time.monotonic() - self._start_s
+        message = message_of(number, sequence, values, time_s)
+        with self.lock:
+            self.state.add(message, self._client.decoder.counters)
+
+    def _run(self):
+        try:
+            if self.live:
+                self._ask()
+            while not self._stop.is_set():
+                self._client.poll()
+                if self._wanted.is_set():
+                    self._wanted.clear()
+                    self._fetch()
+        except (LinkLost, UserError) as error:
+            at_end = isinstance(error, NoAnswer) and not self.live
+            self.failed = not at_end
+            self.ended = "the log is at its end" if at_end else str(error)
+
+    def _ask(self):
+        """Map and detection settings of the camera; without an answer they stay unknown."""
+        try:
+            info = self._client.info()
+            with self.lock:
+                self.state.info = dict(info, unique_id=info["unique_id"].hex())
+            self._settings = {name: self._client.get(name) for name in _DETECTOR_SETTINGS}
+            rows = self._client.get("map")
+            with self.lock:
+                if not self._has_map:
+                    self.state.set_map(rows)
+        except NoAnswer:
+            with self.lock:
+                self.state.events.append((0.0, "the camera does not answer: is its RX connected?"))
+
+    def _fetch(self):
+        try:
+            raw = self._client.raw_frame(self._note_progress)
+        except UserError as error:
+            self._conclude(error=str(error))
+            return
+        # elsewhere, so that the line is read on meanwhile
+        threading.Thread(target=self._draw, args=(raw,), daemon=True).start()
+
+    def _conclude(self, number=None, png=None, error=None):
+        with self.lock:
+            if png:
+                self.raw.number, self.raw.png = number, png
+            self.raw.error = error
+            self.raw.progress = None
+            self.raw.version += 1
+
+    def _note_progress(self, received, total):
+        with self.lock:
+            self.raw.progress = (received, total)
+
+    def _draw(self, raw):
+        import cv2
+        import numpy as np
+
+        from larics_host import detectors
+        from larics_host.drawing import draw_detections
+
+        radius_px = None
+        if self._settings:
+            radius_px = (self._settings["radius_min_px"], self._settings["radius_max_px"])
+        try:
+            detector = detectors.make_detector(
+                self._settings.get("method", detectors.DEFAULT_METHOD),
+                raw.width,
+                raw.height,
+                radius_px,
+                allow_id0=self._settings.get("allow_id0", False),
+            )
+        except UserError as error:
+            self._conclude(error=str(error))
+            return
+        frame = np.frombuffer(raw.pixels, np.uint8).reshape(raw.height, raw.width)
+        found = [detectors.as_dict(one) for one in detector.detect(frame)]
+        self._conclude(raw.frame, cv2.imencode(".png", draw_detections(frame, found))[1].tobytes())

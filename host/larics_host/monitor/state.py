@@ -1,0 +1,185 @@
+"""What the messages of a camera say at a moment, and what they said before: for whoever shows it."""
+
+import math
+from collections import deque
+
+from larics import codes
+from larics import messages as m
+from larics_host.live import STATES, flag_text, reception
+
+_POINTS = 4000
+_RATE_S = 2.0
+_EVENTS = 40
+_LANDMARK_SHIFT_MM = 1.0
+
+
+class MonitorState:
+    """Feed it with `add(message, counters)`; `snapshot` gives all of it as a JSON-able dict.
+
+    map_rows: rows of the setting `map`, for the places of markers not yet seen.
+    Points and trail are numbered, so that whoever has shown some asks only for the rest.
+    """
+
+    def __init__(self, source, map_rows=()):
+        self.source = source
+        self.info = self.status = self.pose = self.counters = None
+        self.markers = []  # of the newest frame, the nearest first
+        self.frame = None
+        self.frames = 0
+        self.now_s = 0.0
+        self.points = deque(maxlen=_POINTS)  # (number, time s, x mm, y mm, heading deg, ID), None: no marker
+        self.trail = deque(maxlen=_POINTS)  # (number, x mm, y mm, heading deg, state)
+        self.events = deque(maxlen=_EVENTS)  # (time s, text)
+        self.landmarks = {}  # ID: list of (x mm, y mm, heading deg, in the map)
+        self._arrivals = deque()
+        self._number = 0
+        self._fault_count = None
+        self._state = None
+        self.set_map(map_rows)
+
+    def set_map(self, rows):
+        """Places the markers of a map; what was learned of others stays."""
+        for marker_id in {row[0] for row in rows}:
+            self.landmarks.pop(marker_id, None)
+        for marker_id, x_mm, y_mm, heading_cdeg, *_ in rows:
+            self.landmarks.setdefault(marker_id, []).append((x_mm, y_mm, heading_cdeg / 100, True))
+
+    def add(self, message, counters):
+        """Takes a receiver.Message in; counters of the decoder it came from."""
+        self.now_s = message.time_s
+        self.counters = counters
+        handler = getattr(self, "_add_" + message.name.lower(), None)
+        if handler:
+            handler(message.fields, message.time_s)
+
+    def _add_info(self, fields, time_s):
+        if self.info and self.info["boot"] != fields["boot"]:
+            self.events.append((time_s, "the camera has restarted"))
+        self.info = fields
+
+    def _add_marker(self, fields, time_s):
+        if fields["frame"] != self.frame:
+            self.frame = fields["frame"]
+            self.frames += 1
+            self.markers = []
+            self._arrivals.append(time_s)
+            while self._arrivals[0] < time_s - _RATE_S:
+                self._arrivals.popleft()
+        if not fields["flags"] & m.MARKER_NONE:
+            self.markers.append(_shown(fields, time_s))
+            self.markers.sort(key=_distance)
+        if fields["index"] + 1 >= fields["count"]:
+            self._number += 1
+            first = self.markers[0] if self.markers else None
+            values = [first[key] for key in ("x_mm", "y_mm", "heading_deg", "id")] if first else [None] * 4
+            self.points.append((self._number, round(time_s, 3), *values))
+
+    def _add_pose(self, fields, time_s):
+        self.pose = {
+            "state": STATES[fields["state"]],
+            "x_mm": fields["x_mm10"] / 10,
+            "y_mm": fields["y_mm10"] / 10,
+            "heading_deg": fields["heading_cdeg"] / 100,
+            "sigma_mm": None if fields["sigma_mm10"] == m.SIGMA_UNKNOWN else fields["sigma_mm10"] / 10,
+            "sigma_deg": None if fields["sigma_cdeg"] == m.SIGMA_UNKNOWN else fields["sigma_cdeg"] / 100,
+            "id": None if fields["id"] == m.ID_NONE else fields["id"],
+            "age_ms": fields["age_us"] / 1000,
+            "route": None if fields["route_position"] == m.ROUTE_NONE else fields["route_position"],
+            "next_deg": None if fields["next_cdeg"] == m.DIRECTION_NONE else fields["next_cdeg"] / 100,
+        }
+        self._note_state(self.pose["state"], time_s)
+        if fields["state"] == m.LOST:
+            return
+        self._number += 1
+        place = [self.pose[key] for key in ("x_mm", "y_mm", "heading_deg", "state")]
+        self.trail.append((self._number, *place))
+        if fields["state"] == m.TRACKING and fields["frame"] == self.frame:
+            for marker in self.markers:
+                self._learn(marker)
+
+    def _learn(self, marker):
+        """Puts a marker that is in no map where pose and offset say it is."""
+        if marker["id"] is None or marker["x_mm"] is None:
+            return
+        known = self.landmarks.setdefault(marker["id"], [])
+        if any(entry[3] for entry in known):
+            return
+        turn = math.radians(self.pose["heading_deg"])
+        x_mm = self.pose["x_mm"] + marker["x_mm"] * math.cos(turn) - marker["y_mm"] * math.sin(turn)
+        y_mm = self.pose["y_mm"] + marker["x_mm"] * math.sin(turn) + marker["y_mm"] * math.cos(turn)
+        if known and math.hypot(known[0][0] - x_mm, known[0][1] - y_mm) < _LANDMARK_SHIFT_MM:
+            return
+        heading_deg = (self.pose["heading_deg"] + marker["heading_deg"]) % 360
+        known[:] = [(round(x_mm, 1), round(y_mm, 1), round(heading_deg, 2), False)]
+
+    def _add_status(self, fields, time_s):
+        self.status = fields
+        if self.pose is None:
+            self._note_state(STATES[fields["state"]], time_s)
+        if self._fault_count is not None and fields["faults"] != self._fault_count:
+            self.events.append((time_s, "fault: " + codes.name_of("Fault", fields["last_fault"])))
+        self._fault_count = fields["faults"]
+
+    def _note_state(self, state, time_s):
+        if state != self._state:
+            self.events.append((time_s, state))
+            self._state = state
+
+    @property
+    def state(self):
+        """TRACKING, COASTING or LOST, by the newest message that tells; None before."""
+        return self._state
+
+    def rate_hz(self):
+        """Frames a second by their arrival."""
+        if len(self._arrivals) < 2 or self._arrivals[-1] == self._arrivals[0]:
+            return None
+        return (len(self._arrivals) - 1) / (self._arrivals[-1] - self._arrivals[0])
+
+    def faults(self):
+        """Names of the faults that last."""
+        active = self.status["active_faults"] if self.status else 0
+        return [codes.name_of("Fault", bit) for bit in range(active.bit_length()) if active >> bit & 1]
+
+    def snapshot(self, after=0):
+        """Everything to show; of points and trail those numbered above `after`, all when that is 0."""
+        received = reception(self.counters) if self.counters else (0, 0, 0)
+        return {
+            "source": self.source,
+            "time_s": round(self.now_s, 3),
+            "state": self.state,
+            "info": self.info,
+            "status": self.status,
+            "pose": self.pose,
+            "markers": self.markers,
+            "frame": self.frame,
+            "frames": self.frames,
+            "rate_hz": self.rate_hz(),
+            "received": dict(zip(("messages", "lost", "damaged"), received, strict=True)),
+            "faults": self.faults(),
+            "events": list(self.events),
+            "landmarks": [[key, *place] for key, places in self.landmarks.items() for place in places],
+            "number": self._number,
+            "points": [point for point in self.points if point[0] > after],
+            "trail": [point for point in self.trail if point[0] > after],
+        }
+
+
+def _shown(fields, time_s):
+    known = not fields["flags"] & m.MARKER_NO_OFFSET
+    return {
+        "id": None if fields["id"] == m.ID_NONE else fields["id"],
+        "x_mm": fields["x_mm10"] / 10 if known else None,
+        "y_mm": fields["y_mm10"] / 10 if known else None,
+        "z_mm": fields["z_mm10"] / 10 if known else None,
+        "heading_deg": fields["heading_cdeg"] / 100,
+        "margin": fields["margin"],
+        "radius_px": round(fields["radius_q8"] / 256, 2),
+        "age_ms": fields["age_us"] / 1000,
+        "flags": flag_text(fields["flags"]),
+        "time_s": time_s,
+    }
+
+
+def _distance(marker):
+    return math.inf if marker["x_mm"] is None else math.hypot(marker["x_mm"], marker["y_mm"])

@@ -1,0 +1,120 @@
+"""The monitor in the terminal."""
+
+from rich.columns import Columns
+from rich.console import Group
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from larics_host.live import fault_text, reception
+from larics_host.monitor.drawing import draw_view
+
+_COLOURS = {
+    "TRACKING": "bold white on green",
+    "COASTING": "bold black on yellow",
+    "LOST": "bold white on red",
+}
+_VIEW = (46, 15)  # letters wide and high
+
+
+def _number(value, layout="%.1f"):
+    return "-" if value is None else layout % value
+
+
+def _grid(rows):
+    table = Table.grid(padding=(0, 2))
+    table.add_column(style="dim")
+    table.add_column()
+    for name, value in rows:
+        table.add_row(name, value)
+    return table
+
+
+def _marker_rows(state):
+    marker = state.markers[0] if state.markers else None
+    if marker is None:
+        yield "marker", "none in sight" if state.frame is not None else "nothing received yet"
+        return
+    more = " and %d more" % (len(state.markers) - 1) if len(state.markers) > 1 else ""
+    yield "marker", ("ID ?" if marker["id"] is None else "ID %d" % marker["id"]) + more
+    yield "offset", "x %s  y %s mm" % (_number(marker["x_mm"]), _number(marker["y_mm"]))
+    yield "height", "%s mm" % _number(marker["z_mm"])
+    yield "heading", "%.2f deg" % marker["heading_deg"]
+    yield "margin", "%d of 255" % marker["margin"]
+    yield "age", "%.1f ms" % marker["age_ms"]
+    if marker["flags"]:
+        yield "notes", marker["flags"]
+
+
+def _pose_rows(state):
+    pose = state.pose
+    yield "position", "x %.1f  y %.1f mm" % (pose["x_mm"], pose["y_mm"])
+    yield "direction", "%.2f deg" % pose["heading_deg"]
+    yield "sigma", "%s mm, %s deg" % (_number(pose["sigma_mm"]), _number(pose["sigma_deg"], "%.2f"))
+    if pose["route"] is not None:
+        yield "route", "position %d, next %s deg" % (pose["route"], _number(pose["next_deg"]))
+
+
+def _health_rows(state):
+    rate = state.rate_hz()
+    yield "frames", "%d, %s a second here" % (state.frames, _number(rate))
+    status = state.status
+    if status:
+        yield (
+            "camera",
+            "%.1f frames/s, detection %.1f ms, latency %.1f ms"
+            % (
+                status["rate_chz"] / 100,
+                status["detect_us"] / 1000,
+                status["latency_us"] / 1000,
+            ),
+        )
+        yield (
+            "exposure",
+            "%.2f ms, gain %.1f dB, mean grey %d"
+            % (
+                status["exposure_us"] / 1000,
+                status["gain_cdb"] / 100,
+                status["grey_mean"],
+            ),
+        )
+        yield (
+            "counters",
+            "up %d s, missed %d, rejects %d, dropped %d, line errors %d"
+            % (
+                status["uptime_s"],
+                status["missed"],
+                status["rejects"],
+                status["drops"],
+                status["crc_errors"] + status["line_errors"],
+            ),
+        )
+        text = fault_text(status["active_faults"], status["last_fault"])
+        yield "faults", Text("%d (%s)" % (status["faults"], text), style="red" if state.faults() else "")
+    if state.counters:
+        yield "received", "%d messages, %d lost, %d damaged" % reception(state.counters)
+
+
+def render(state, ended=None):
+    """What rich shows of a MonitorState."""
+    label = Text(" %s " % (state.state or "WAITING"), style=_COLOURS.get(state.state, "bold white on blue"))
+    title = Text.assemble(label, "  larics monitor  ", (state.source, "dim"))
+    if state.info:
+        title.append("  %(board)s, %(width)dx%(height)d px" % state.info, style="dim")
+    caption, lines = draw_view(state, *_VIEW)
+    values = [_grid(_marker_rows(state))]
+    if state.pose:
+        values += [Text(), _grid(_pose_rows(state))]
+    events = ["%9.2f s  %s" % event for event in list(state.events)[-4:]]
+    return Group(
+        title,
+        Columns(
+            [
+                Panel(Text("\n".join(lines)), title=caption, title_align="left", width=_VIEW[0] + 4),
+                Panel(Group(*values), width=40, height=_VIEW[1] + 2),
+            ]
+        ),
+        _grid(_health_rows(state)),
+        Text("\n".join(events), style="dim"),
+        Text("ended: %s" % ended, style="bold") if ended else Text("Ctrl-C ends", style="dim"),
+    )

@@ -1,0 +1,324 @@
+"""`larics monitor`: its state, the terminal, and the page in a real browser before a real firmware."""
+
+import contextlib
+import http.client
+import io
+import json
+import os
+import subprocess
+import sys
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from larics import messages as m
+from larics import protocol
+from larics_host import cli
+from larics_host.link import SerialSource
+from larics_host.monitor.drawing import Canvas, draw_view
+from larics_host.monitor.session import Session
+from larics_host.monitor.state import MonitorState
+from larics_host.monitor.terminal import render
+from larics_host.monitor.web import serve
+from larics_host.pty_pair import PtyPair
+from larics_host.receiver import Receiver
+from larics_host.recording import RecordedSource
+from tests.host.browser import headless_browser
+from tests.host.firmware_process import start_firmware
+from tests.host.plain_marker import plain_frame
+from tests.host.test_dual import ROOT
+from tests.host.test_log import marker_values, status_values, wire
+
+# a camera at which a ring of 30 px hangs 1.5 m above the lens
+CAMERA = {
+    "focal_q8": 300 * 256,
+    "ceiling_mm10": 15000,
+    "radius_min_px": 25,
+    "radius_max_px": 36,
+    "baud": 921600,
+}
+MAP = [[5, 1000, 500, 9000, 0, 0], [3, 3000, 500, 0, 0, 0]]
+
+
+def pose_values(frame, state=m.TRACKING, x_mm10=10000, y_mm10=5000, heading_cdeg=9000):
+    return [frame, 5000, state, 3, x_mm10, y_mm10, heading_cdeg, 12, 7, 1, 4500]
+
+
+def fed(*messages, step_s=0.02, **options):
+    """A MonitorState after these messages."""
+    state, receiver = MonitorState("test", **options), Receiver()
+    for k, message in enumerate(messages):
+        for found in receiver.feed(wire(message), k * step_s):
+            state.add(found, receiver.counters)
+    return state
+
+
+def text_of(state, ended=None):
+    from rich.console import Console
+
+    file = io.StringIO()
+    Console(width=110, file=file).print(render(state, ended))
+    return file.getvalue()
+
+
+def test_the_state_tells_the_newest_and_remembers_what_was():
+    state = fed(
+        *[(m.MARKER, marker_values(k, marker_id=3, x_mm10=100 * k)) for k in range(11)],
+        (m.MARKER, marker_values(11, 255, 0, m.MARKER_NONE)),
+        (m.STATUS, status_values(state=m.LOST, faults=1, last_fault=m.FAULT_STORAGE)),
+        (
+            m.STATUS,
+            status_values(state=m.COASTING, faults=2, last_fault=m.FAULT_DETECT, active_faults=1 << 7),
+        ),
+    )
+    shot = state.snapshot()
+    assert (shot["frames"], shot["frame"], shot["state"]) == (12, 11, "COASTING")
+    assert shot["markers"] == [] and shot["rate_hz"] == pytest.approx(50, rel=0.01)
+    assert len(shot["points"]) == 12 and shot["points"][10][2:] == (100.0, -56.7, 45.5, 3)
+    assert shot["points"][11][2:] == (None, None, None, None)
+    assert [text for _, text in shot["events"]] == ["LOST", "COASTING", "fault: detect"]
+    assert shot["faults"] == ["storage"]
+    assert state.snapshot(after=shot["number"])["points"] == []
+
+
+def test_markers_of_a_frame_come_nearest_first():
+    far = marker_values(4, 2, 30000)
+    near = marker_values(4, 6, 100)
+    far[5] = near[5] = 2
+    near[4] = 1
+    shot = fed((m.MARKER, far), (m.MARKER, near)).snapshot()
+    assert [marker["id"] for marker in shot["markers"]] == [6, 2]
+    assert len(shot["points"]) == 1 and shot["points"][0][5] == 6
+
+
+def test_markers_are_placed_by_the_pose_unless_the_map_has_them():
+    values = marker_values(1, marker_id=3, x_mm10=2000)  # 200 mm ahead, 56.7 mm to the right, turned by 45.5
+    state = fed((m.MARKER, values), (m.POSE, pose_values(1)))
+    ((x_mm, y_mm, heading_deg, sure),) = state.landmarks[3]
+    assert (x_mm, y_mm, heading_deg, sure) == (1056.7, 700.0, 135.5, False)
+    state = fed((m.MARKER, values), (m.POSE, pose_values(1)), map_rows=[[3, 10, 20, 9000, 0, 0]])
+    assert state.landmarks == {3: [(10, 20, 90.0, True)]}
+
+
+def test_the_terminal_shows_everything():
+    text = text_of(MonitorState("port"))
+    assert "WAITING" in text and "nothing received yet" in text
+    state = fed((m.MARKER, marker_values(1, 3)), (m.STATUS, status_values(rate_chz=6000, gain_cdb=600)))
+    text = text_of(state, "the end")
+    for part in ("LOST", "ID 3", "x 123.4  y -56.7 mm", "45.50 deg", "200 of 255", "8.0 ms", "60.0 frames/s"):
+        assert part in text, text
+    assert "from above, forward is up" in text and "ended: the end" in text
+    state = fed((m.MARKER, marker_values(1, 3)), (m.POSE, pose_values(1)))
+    text = text_of(state)
+    assert "TRACKING" in text and "x 1000.0  y 500.0 mm" in text and "route" in text and "map; " in text
+
+
+def test_the_drawing_has_things_where_they_are():
+    canvas = Canvas(10, 5, (0.0, 0.0), 10.0)
+    canvas.point(-95.0, 95.0)
+    canvas.text(0.0, 0.0, "X")
+    canvas.point(1e6, 0.0)  # outside
+    lines = canvas.lines()
+    assert lines[0][0] == chr(0x2801) and lines[2][5] == "X" and len(lines) == 5
+    ahead_left = marker_values(1, 4, 8000)
+    ahead_left[7] = 9000
+    _, lines = draw_view(fed((m.MARKER, ahead_left)), 40, 14)
+    row = next(k for k, line in enumerate(lines) if "4" in line)
+    assert row < 6 and lines[row].index("4") < 17
+
+
+@contextlib.contextmanager
+def firmware(folder):
+    """The serial port of a firmware that drives under marker 5 for ever."""
+    frames = folder / "frames"
+    frames.mkdir()
+    for k in range(40):
+        data = plain_frame(5, 80.0, 56.0 + 0.8 * k, 90.0, size=(160, 144)).tobytes()
+        (frames / ("f%02d.pgm" % k)).write_bytes(b"P5\n160 144\n255\n" + data)
+    settings = folder / "settings.json"
+    settings.write_text(json.dumps(dict(CAMERA, map=MAP)))
+    with PtyPair() as cable:
+        options = ("--settings", str(settings), "--fps", "40", "--rounds", "0")
+        process = start_firmware(frames, cable.device_a, *options)
+        try:
+            yield cable.device_b, frames
+        finally:
+            process.kill()
+            process.communicate()
+
+
+def wait_until(condition, limit_s=20):
+    end_s = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < end_s, "never came true"
+        time.sleep(0.05)
+
+
+@contextlib.contextmanager
+def monitored(source, rows=()):
+    """(session, server) of a source, both running."""
+    session = Session(source, MonitorState(source.name, rows))
+    server = serve(session, 0)
+    session.start()
+    try:
+        yield session, server
+    finally:
+        session.stop()
+        server.shutdown()
+        server.server_close()
+
+
+def test_the_page_in_a_browser_before_a_real_firmware(tmp_path):
+    with (
+        headless_browser() as browser,
+        firmware(tmp_path) as (device, frames),
+        monitored(SerialSource(device)) as (session, server),
+    ):
+        browser.get("http://127.0.0.1:%d/" % server.server_port)
+
+        def text(name):
+            return browser.execute_script("return document.getElementById(arguments[0])?.textContent", name)
+
+        wait_until(lambda: text("state") == "TRACKING" and text("t-ID") == "5")
+        first = float(text("t-offset-x"))
+        wait_until(lambda: abs(float(text("t-offset-x")) - first) > 5)
+        assert abs(float(text("t-offset-y"))) < 200 and "desk, 160×144 px" in text("board")
+        wait_until(lambda: float(text("t-frame-rate")) > 10)
+        wait_until(lambda: "processed" in text("counters"))
+        wait_until(lambda: browser.execute_script("return trail.length") > 20)
+        assert browser.execute_script("return now.landmarks.map(l => l[0])") == [5, 3]  # asked of the camera
+
+        browser.find_element("id", "fetch").click()
+        wait_until(lambda: text("rawname").startswith("frame "))
+        assert browser.execute_script("return document.getElementById('raw').naturalWidth") == 160 * 5
+        # the picture is that very frame, with the marker's drawing in green on it
+        with session.lock:
+            number, png = session.raw.number, session.raw.png
+        picture = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)
+        frame = cv2.imread(str(frames / ("f%02d.pgm" % (number % 40))), cv2.IMREAD_GRAYSCALE)
+        enlarged = cv2.resize(frame, None, fx=5, fy=5, interpolation=cv2.INTER_NEAREST)
+        same = (picture == enlarged[..., None]).all(axis=2)
+        green = picture[..., 1].astype(int) - picture[..., 2] > 60
+        assert same.mean() > 0.75 and green.sum() > 1000
+
+        def inked(canvas):
+            script = """const c = document.getElementById(arguments[0]), t = new Set();
+                const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+                for (let k = 0; k < d.length; k += 4)
+                    if (d[k + 3] > 200) t.add(d[k] << 16 | d[k + 1] << 8 | d[k + 2]);
+                return [...t]"""
+            return {"%06x" % colour for colour in browser.execute_script(script, canvas)}
+
+        assert "0b5fa5" in inked("map") and {"0b5fa5", "c8660d", "23834b"} <= inked("strip")
+        assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+        folder = os.environ.get("LARICS_SCREENSHOTS")
+        if folder:
+            browser.save_screenshot(os.path.join(folder, "monitor.png"))
+
+
+@pytest.fixture
+def log(tmp_path):
+    messages = [(m.MARKER, marker_values(k, 3)) for k in range(5)]
+    (tmp_path / "run.bin").write_bytes(wire(*messages, (m.STATUS, status_values(state=m.TRACKING))))
+    return tmp_path / "run.bin"
+
+
+def request(server, path, method="GET", **headers):
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    connection.request(method, path, headers=headers)
+    return connection.getresponse()
+
+
+def test_the_server_is_for_this_computer_only(log):
+    with monitored(RecordedSource(log)) as (session, server):
+        assert server.server_address[0] == "127.0.0.1"
+        page = request(server, "/")
+        assert page.status == 200 and b"LARICS monitor" in page.read()
+        assert b"https://" not in request(server, "/").read()
+        assert request(server, "/", Host="evil.example:80").status == 403
+        assert request(server, "/frame", "POST", Origin="http://evil.example").status == 403
+        assert request(server, "/frame", "POST").status == 409  # a log
+        assert request(server, "/frame.png").status == 404
+        assert request(server, "/../../etc/passwd").status == 404
+        wait_until(lambda: session.ended)
+        events = request(server, "/events")
+        snapshot = json.loads(events.readline().removeprefix(b"data: "))
+        assert snapshot["frames"] == 5 and snapshot["state"] == "TRACKING" and not snapshot["live"]
+
+
+def test_a_log_without_a_terminal(log, capsys):
+    assert cli.main(["monitor", "--input", str(log), "--speed", "0"]) == 0
+    printed = capsys.readouterr().out
+    assert "ID 3" in printed and "6 messages, 0 lost" in printed and "the log is at its end" in printed
+
+
+def test_a_live_port_without_a_terminal(tmp_path, capsys):
+    with firmware(tmp_path) as (device, _):
+        assert cli.main(["monitor", "--port", device, "--seconds", "3"]) == 0
+    printed = capsys.readouterr().out
+    assert "ID 5" in printed and "TRACKING" in printed and "map; " in printed
+
+
+def test_in_a_terminal(log):
+    """The live display itself, on a pseudo-terminal."""
+    master, slave = os.openpty()
+    environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"), TERM="xterm")
+    command = [sys.executable, "-m", "larics_host", "monitor", "--input", str(log), "--speed", "0"]
+    process = subprocess.Popen(command, stdout=slave, stderr=slave, env=environment)
+    os.close(slave)
+    shown = b""
+    with contextlib.suppress(OSError):
+        while data := os.read(master, 65536):
+            shown += data
+    assert process.wait(timeout=20) == 0 and b"ID 3" in shown and b"\x1b[" in shown
+    os.close(master)
+
+
+def test_a_port_that_vanishes_is_told(capsys):
+    with PtyPair() as cable:
+        session = Session(SerialSource(cable.device_b), MonitorState("x"))
+        session.start()
+        cable.unplug()
+        wait_until(lambda: session.ended)
+        session.stop()
+    assert session.failed and "vanished" in session.ended
+    assert not session.fetch_raw()
+
+
+@pytest.mark.parametrize(
+    "argv, part",
+    [
+        ([], "--port --input"),
+        (["--port", "/dev/no-port"], "no port /dev/no-port"),
+        (["--input", "none.bin"], "cannot read none.bin"),
+        (["--input", "run.bin", "--speed", "-1"], "--speed -1"),
+        (["--input", "run.bin", "--seconds", "0"], "--seconds 0"),
+        (["--input", "run.bin", "--web", "70000"], "--web 70000"),
+        (["--input", "run.bin", "--map", "none.json"], "cannot read none.json"),
+    ],
+)
+def test_bad_input_is_one_line(argv, part, log, monkeypatch, capsys):
+    monkeypatch.chdir(log.parent)
+    assert cli.main(["monitor", *argv]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("larics: ") and part in err and err.count("\n") == 1
+
+
+def test_a_web_port_in_use_is_told(log, capsys):
+    with monitored(RecordedSource(log)) as (_, server):
+        port = server.server_port
+        assert cli.main(["monitor", "--input", str(log), "--web", str(port)]) == 2
+    assert "port %d of this computer cannot be used" % port in capsys.readouterr().err
+
+
+def test_types_of_messages_are_all_taken():
+    """Whatever a camera sends, the monitor goes on."""
+    state, receiver = MonitorState("x"), Receiver()
+    for _, number, _, fields in protocol.MESSAGES:
+        values = [bytes(int(code[:-1])) if code.endswith("s") else low for _, code, _, low, _, _ in fields]
+        for message in receiver.feed(wire((number, values)), 1.0):
+            state.add(message, receiver.counters)
+    json.dumps(state.snapshot())
+    assert text_of(state)
