@@ -6,10 +6,10 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from larics_host.drive.firmware import INTERPRETERS
 from larics_host.errors import UserError
 
 METHODS = ("larics", "paper")
+INTERPRETERS = ("micropython", "cpython")
 # named here as well, for a quick --help; a test compares them with those of the field
 CONDITION_NAMES = ("cloudy", "sunny", "double", "steady", "fast-1", "fast-2", "lights", "dirty", "missing")
 CONDITION_NAMES += ("pushed", "calibration")

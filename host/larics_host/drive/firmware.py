@@ -18,7 +18,6 @@ from larics.protocol import Decoder
 from larics_host.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[3]
-INTERPRETERS = ("micropython", "cpython")
 HEADER = struct.Struct("<4sHHII")  # as firmware/cameras/pipe.py reads it
 MAGIC = b"LPF1"
 

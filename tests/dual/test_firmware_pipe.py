@@ -1,0 +1,82 @@
+"""The pipe driver and its clock: frames and times as a simulator sends them."""
+
+import os
+import struct
+
+from cameras import CameraError
+from cameras.pipe import HEADER, MAGIC, FrameClock, Pipe
+
+PATH = "build/dual_pipe.bin"
+
+
+def write(*frames, cut=0):
+    """A file of frames (width, height, number, capture_us), the pixels all equal to the number."""
+    try:
+        os.mkdir("build")
+    except OSError:
+        pass
+    data = b""
+    for width, height, number, capture_us in frames:
+        data += struct.pack(HEADER, MAGIC, width, height, number, capture_us) + bytes([number]) * (
+            width * height
+        )
+    with open(PATH, "wb") as file:
+        file.write(data[: len(data) - cut])
+
+
+def test_frames_come_in_order_with_their_times():
+    write((8, 4, 0, 5000), (8, 4, 1, 105000), (8, 4, 4, 405000))
+    camera = Pipe(PATH, latency_us=2000)
+    camera.start()
+    assert (camera.width, camera.height) == (8, 4)
+    seen = []
+    while camera.grab():
+        assert bytes(camera.frame) == bytes([camera.frame_number]) * 32
+        seen.append((camera.frame_number, camera.capture_us, camera.clock.ticks_us(), camera.skipped))
+    assert seen == [(0, 5000, 7000, 0), (1, 105000, 107000, 0), (4, 405000, 407000, 2)]
+    assert camera.ended and not camera.grab()
+
+
+def test_a_stream_that_breaks_off_ends_the_camera():
+    write((8, 4, 0, 0), (8, 4, 1, 10), cut=5)
+    camera = Pipe(PATH)
+    camera.start()
+    assert camera.grab() and not camera.grab() and camera.ended
+
+
+def test_what_is_no_stream_is_refused():
+    write((8, 4, 0, 0), (4, 8, 1, 10))
+    camera = Pipe(PATH)
+    camera.start()
+    camera.grab()
+    try:
+        camera.grab()
+        assert False
+    except CameraError:
+        pass
+    with open(PATH, "wb") as file:
+        file.write(b"P5 this is a picture")
+    for content in (b"P5 this is a picture", b""):
+        with open(PATH, "wb") as file:
+            file.write(content)
+        try:
+            Pipe(PATH).start()
+            assert False
+        except CameraError:
+            pass
+
+
+def test_the_clock_goes_by_the_frames_and_wraps():
+    clock = FrameClock(1500)
+    period = 1 << 30
+    clock.frame_at(1000)
+    start_us, start_ms = clock.ticks_us(), clock.ticks_ms()
+    assert start_us == 2500 and start_ms == 2
+    capture_us = 1000
+    for _ in range(3000):
+        capture_us = (capture_us + 700500) % period
+        clock.frame_at(capture_us)
+    assert clock.ticks_us() == (2500 + 3000 * 700500) % period
+    assert clock.ticks_ms() == (2500 + 3000 * 700500) // 1000
+    assert clock.ticks_diff(5, period - 5) == 10 and clock.ticks_diff(period - 5, 5) == -10
+    assert clock.ticks_add(period - 5, 10) == 5
