@@ -52,6 +52,7 @@ _AHEAD_CDEG = const(3000)  # drives only when what it drives to is within this o
 _CROSS_CDEG_PER_MM = const(20)  # how sharply GO steers back to its line ...
 _CROSS_MOST_CDEG = const(2500)  # ... and at most
 _LEFT_BEHIND_MM = const(400)  # GO takes the marker it left for a new one only so far on its way
+_SAME_PLACE_MM10 = const(3000)  # two markers never hang so near to each other
 _SPIRAL_START_MM = const(200)
 _SPIRAL_PITCH_MM = const(254)  # per turn, divided by pi: 800 mm from one turn to the next
 
@@ -121,6 +122,8 @@ class Approach:
         if values[2] & (MARKER_NONE | MARKER_NO_OFFSET) or values[3] == ID_NONE:
             return
         marker_id = values[3]
+        if self._is_misread(marker_id, values[6], values[7]):
+            return
         if self._is_behind(marker_id):
             slot = self._behind
         elif self._is_better(marker_id, abs(values[6]) + abs(values[7])):
@@ -139,6 +142,13 @@ class Approach:
         if self.state != GO or marker_id != self.left_id:
             return False
         return self._way_um < _LEFT_BEHIND_MM * 1000 or self._behind[_AGE_MS] <= self.stale_ms
+
+    def _is_misread(self, marker_id, x, y):
+        """Whether this is the marker that GO has just left, read with another ID as the border cuts it."""
+        behind = self._behind
+        if self.state != GO or marker_id == self.left_id or behind[_AGE_MS] > 4 * self.stale_ms:
+            return False
+        return max(abs(x - behind[_X]), abs(y - behind[_Y])) < _SAME_PLACE_MM10
 
     def _is_better(self, marker_id, distance):
         """Whether to turn to this marker: none yet, the same one, or a nearer one while none is reached."""

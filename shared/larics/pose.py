@@ -420,8 +420,10 @@ class Localizer:
         self.x_mm10, self.y_mm10 = guess[0], guess[1]
         self.heading_cdeg = guess[2] % 36000
         noise = self._noise
+        # whether a turn ended or went on is not known, so what it takes to turn counts as unknown, too
+        turning_mm10_s2 = (abs(self._forward) >> 4) * (abs(self._turn) >> 2) // 90
         self.sigma_mm10 = max(noise[0].sigma(_FLOOR_MM10), noise[1].sigma(_FLOOR_MM10)) + _grown(
-            _COAST_ACCELERATION_MM10_S2, time_h, 60000
+            _COAST_ACCELERATION_MM10_S2 + min(turning_mm10_s2, 50000), time_h, 60000
         )
         if self._known < 2:
             self.sigma_mm10 = min(60000, self.sigma_mm10 + self.speed_mm_s * min(time_h, 10000) // 1000)

@@ -127,6 +127,14 @@ def test_on_its_way_it_steers_to_the_line_and_takes_the_next_marker():
     assert settle(controller, marker(4, 6000, 0, 0), 3).state == a.CENTER
 
 
+def test_the_marker_left_is_no_new_one_when_it_is_misread():
+    controller = settle(Approach(), marker(3, 0, 0, 0), 10)
+    settle(controller, marker(3, -3000, 0, 0), 20)
+    settle(controller, marker(7, -4000, 300, 9000), 10)  # still the same place
+    assert controller.state == a.GO and abs(controller.turn_cdeg_s) < 300
+    assert settle(controller, marker(7, 5000, 300, 9000), 2).state == a.CENTER  # another place
+
+
 def test_a_leg_without_end_becomes_a_search():
     controller = settle(Approach(leg_mm=1000), marker(3, 0, 0, 0), 10)
     assert settle(controller, NO_MARKER, 200).state == a.GO
