@@ -60,7 +60,7 @@ class Tally:
     """
 
     def __init__(self):
-        self.frames = self.markers = self.detected = self.read = 0
+        self.frames = self.markers = self.cut = self.detected = self.read = 0
         self.wrong = self.uncertain = self.false_positives = 0
         self.centre_px = []
         self.heading_deg = []
@@ -79,6 +79,8 @@ class Tally:
             if truth.visible >= FULLY_VISIBLE:
                 self.markers += 1
                 missed |= i not in matched
+            else:
+                self.cut += 1
         if missed:
             self.misses.append(key)
         for i, j in pairs:
@@ -108,14 +110,16 @@ class Tally:
             setattr(self, name, getattr(self, name) + value)
 
     def row(self):
-        """The rates (per cent of the markers) and errors as a dictionary; None where nothing was measured."""
+        """Rates and errors as a dictionary; None where nothing was measured.
+
+        Rates are per cent of the whole markers, that of wrong IDs of all markers."""
         return {
             "frames": self.frames,
             "markers": self.markers,
             "detected_pct": _share(self.detected, self.markers),
             "read_pct": _share(self.read, self.markers),
             "wrong": self.wrong,
-            "wrong_pct": _share(self.wrong, self.markers),
+            "wrong_pct": _share(self.wrong, self.markers + self.cut),
             "uncertain": self.uncertain,
             "false_positives": self.false_positives,
             "centre_median_px": _percentile(self.centre_px, 50),

@@ -5,7 +5,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 (the backend comes first)
 import numpy as np  # noqa: E402
-from matplotlib.ticker import NullLocator  # noqa: E402
+from matplotlib.ticker import LogLocator, NullLocator  # noqa: E402
 
 from . import methods  # noqa: E402
 
@@ -57,9 +57,9 @@ def sweep(title, axis, values, rows_of, path):
     rate.set_title("%s: detected (red: number of wrong IDs)" % title, fontsize=10)
     error.set_ylabel("centre error, median, px")
     error.set_yscale("log")
-    for axis_of in (error.yaxis.set_major_formatter, error.yaxis.set_minor_formatter):
-        axis_of(_plain)
-    error.tick_params(axis="y", which="minor", labelsize=7)
+    error.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    error.yaxis.set_major_formatter(_plain)
+    error.yaxis.set_minor_locator(NullLocator())
     error.set_title("%s: centre error" % title, fontsize=10)
     for axes in (rate, error):
         axes.set_xlabel(axis)
@@ -138,5 +138,5 @@ def times(by_method, path):
     )
     axes.bar_label(bars, ["%.2f ms (x %.2f)" % by_method[name] for name in names], padding=4, fontsize=9)
     axes.set_xlabel("ms a frame, median, one thread (ratio to ours)")
-    axes.margins(x=0.25)
+    axes.margins(x=0.35)
     return _save(figure, path)
