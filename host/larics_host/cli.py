@@ -27,6 +27,7 @@ COMMANDS = (
     "monitor",
     "log",
     "replay",
+    "record",
     "settings",
     "simulate",
 )

@@ -1,5 +1,6 @@
 """A progress bar on standard error, for a person who would otherwise see nothing happen."""
 
+import contextlib
 import sys
 
 
@@ -21,3 +22,15 @@ def watched(items, total=None, label="frames", quiet_stdout=False):
         for item in items:
             yield item
             bar.advance(task)
+
+
+@contextlib.contextmanager
+def measured(total, label="frames"):
+    """A function to call with how much is done, parts of an item too, shown as a bar on a terminal."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(label, total=total)
+        yield lambda done: bar.update(task, completed=done)

@@ -1,12 +1,11 @@
 """`larics simulate`: frames with truth, to try everything without a camera."""
 
 import json
-from pathlib import Path
 
 from larics_host.drive.command import add_loop_arguments, run_loop
 from larics_host.errors import UserError
+from larics_host.frame_folder import make_folder, write_frame
 from larics_host.progress import watched
-from larics_host.stills import encode_pgm
 from larics_host.truth import TruthWriter
 
 NAME = "simulate"
@@ -112,27 +111,6 @@ def _ids(text):
     return ids
 
 
-def _folder(args):
-    folder = Path(args.output)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        old = list(folder.glob("frame_*.pgm"))
-        if old and not args.overwrite:
-            raise UserError("%s holds frames already: choose another folder or add --overwrite" % folder)
-        for path in old:
-            path.unlink()
-    except OSError as error:
-        raise UserError("cannot write to %s: %s" % (folder, error.strerror)) from None
-    return folder
-
-
-def _write_frame(path, frame):
-    try:
-        path.write_bytes(encode_pgm(frame))
-    except OSError as error:
-        raise UserError("cannot write %s: %s" % (path, error.strerror)) from None
-
-
 def _camera_facts(camera):
     return {
         "focal_px": round(camera.focal_px, 4),
@@ -206,19 +184,19 @@ def run(args):
     except ImportError:
         raise UserError("larics simulate needs the Python package numba: pip install numba") from None
     if args.drive == LOOP:
-        return run_loop(args, _folder(args))
+        return run_loop(args, make_folder(args.output, args.overwrite))
     _check(args)
     facts = {"preset": args.preset, "seed": args.seed, "width": args.width, "height": args.height}
     facts.update(radius_px=args.radius_px, target=args.target)
     render, count = (_plan_drive if args.drive else _plan_series)(args, facts)
     facts["frames"] = count
-    folder = _folder(args)
+    folder = make_folder(args.output, args.overwrite)
     seen = 0
     with TruthWriter(folder / "truth.csv") as truth_file:
         (folder / "scene.json").write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
         for index in watched(range(count), count, quiet_stdout=True):
             frame, truths = render(index)
-            _write_frame(folder / truths[0].frame, frame)
+            write_frame(folder / truths[0].frame, frame)
             truth_file.write(truths)
             seen += sum(truth.id is not None for truth in truths)
     print("%d frames with %d markers, truth.csv and scene.json in %s" % (count, seen, folder))

@@ -1,0 +1,101 @@
+"""`larics record`: what a camera saw, as a folder of frames with its messages beside them."""
+
+import shutil
+import time
+
+from larics_host.errors import UserError
+
+NAME = "record"
+HELP = "raw frames from a camera or an ImageIO stream, in a folder with the messages beside them"
+EXAMPLE = """
+larics record --port /dev/ttyACM0 --frames 20 -o seen
+larics record --input clip.bin --log run.jsonl -o seen
+larics detect seen --draw drawn
+"""
+
+MESSAGES = "messages"
+SETTINGS = "settings.json"
+
+
+def add_arguments(parser):
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument("--port", metavar="DEVICE", help="serial port of the camera")
+    source.add_argument("--input", metavar="STREAM.bin", help="an OpenMV ImageIO stream, or a video")
+    parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
+    parser.add_argument("--frames", metavar="N", type=int, help="how many (a port: 10; a stream: all)")
+    parser.add_argument("--seconds", metavar="N", type=float, help="begin no frame after N seconds")
+    parser.add_argument("--log", metavar="FILE.jsonl", help="the log of larics log that goes with a stream")
+    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder for the frames")
+    parser.add_argument("--overwrite", action="store_true", help="replace the frames that DIR holds")
+
+
+def run(args):
+    if args.frames is not None and args.frames < 1:
+        raise UserError("--frames %d: give a number above 0" % args.frames)
+    if args.seconds is not None and not args.seconds > 0:
+        raise UserError("--seconds %g: give a number above 0" % args.seconds)
+    if args.log and args.port:
+        raise UserError("--log goes with --input: the messages of a camera are recorded with its frames")
+    return _from_camera(args) if args.port else _from_stream(args)
+
+
+def _from_stream(args):
+    from larics_host.frame_folder import frame_name, make_folder, write_frame
+    from larics_host.frames import open_frames
+    from larics_host.progress import watched
+    from larics_host.recording import read_records
+
+    frames = open_frames([args.input])
+    first = next(frames)  # what cannot be read leaves no folder behind
+    if args.log:
+        next(read_records(args.log), None)
+    folder = make_folder(args.output, args.overwrite)
+    if args.log:
+        shutil.copyfile(args.log, folder / (MESSAGES + ".jsonl"))
+    write_frame(folder / frame_name(0), first[1])
+    count = 1
+    for _, frame in watched(frames, args.frames, quiet_stdout=True):
+        if args.frames and count >= args.frames:
+            break
+        write_frame(folder / frame_name(count), frame)
+        count += 1
+    print("%d frames in %s" % (count, folder))
+    return 0
+
+
+def _from_camera(args):
+    import numpy as np
+
+    from larics_host.camera_settings import connected, read_all, write_file
+    from larics_host.frame_folder import frame_name, make_folder, write_frame
+    from larics_host.link import stop_on_signals
+    from larics_host.progress import measured
+    from larics_host.receiver import message_of
+    from larics_host.recorder import Recorder
+
+    start_s = time.monotonic()
+    recorder = None
+
+    def on_message(number, sequence, values):
+        if recorder:
+            recorder.write(message_of(number, sequence, values, time.monotonic() - start_s))
+
+    count, wanted = 0, args.frames or 10
+    with connected(args.port, args.baud, on_message) as client:
+        settings = read_all(client)
+        folder = make_folder(args.output, args.overwrite)
+        write_file(folder / SETTINGS, settings)
+        recorder = Recorder(str(folder / MESSAGES), force=True)
+        try:
+            with measured(wanted) as progress, stop_on_signals(live=False):
+                while count < wanted and (args.seconds is None or time.monotonic() - start_s < args.seconds):
+                    raw = client.raw_frame(lambda got, total, done=count: progress(done + got / total))
+                    frame = np.frombuffer(raw.pixels, np.uint8).reshape(raw.height, raw.width)
+                    write_frame(folder / frame_name(raw.frame), frame)
+                    count += 1
+        except KeyboardInterrupt:
+            pass  # what was fetched so far is complete
+        finally:
+            recorder.close()
+    print("%d frames, %s and %s.jsonl in %s" % (count, SETTINGS, MESSAGES, folder))
+    return 0
