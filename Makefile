@@ -34,6 +34,9 @@ lint: $(READY)  ## style and import rules
 bench: $(READY)  ## quality, stresses, time and instructions beside the peers (FRAMES=2000 for figures)
 	$(BIN)/python tools/bench.py --frames $(or $(FRAMES),100) $(BENCH)
 
+reproduce: $(READY)  ## the published experiment in closed loop: tables, figures and beyond (a quarter of an hour)
+	PYTHONPATH=shared:host:. $(BIN)/python tools/reproduce.py $(REPRODUCE)
+
 mpy: $(READY)  ## compile shared/ and firmware/ for the boards and report sizes
 	$(BIN)/python tools/build_mpy.py
 

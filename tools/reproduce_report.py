@@ -98,7 +98,7 @@ def drive_table(scores, names):
 
 
 def write_report(path, scores):
-    """Writes the report of these scores."""
+    """Writes the report of these scores, with the pictures that lie beside it."""
     lines = ["# The published experiment, driven again", ""]
     lines += [
         "Three values with slashes are median / 95th percentile / maximum. Frames are rendered; the firmware "
@@ -139,8 +139,10 @@ def write_report(path, scores):
         "",
     ]
     for entry in scores:
-        stem = "%s-%s" % (entry["condition"], entry["driver"])
-        lines += ["![%s](%s.png)" % (entry["summary"], stem), ""]
+        names = ["%s-%s.png" % (entry["condition"], entry["driver"])]
         if entry["driver"] == "larics":
-            lines += ["![Frames of it](strip-%s.png)" % entry["condition"], ""]
+            names.append("strip-%s.png" % entry["condition"])
+        for name in names:
+            if (path.parent / name).exists():
+                lines += ["![%s](%s)" % (entry["summary"], name), ""]
     path.write_text("\n".join(lines), encoding="utf-8")
