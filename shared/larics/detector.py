@@ -61,12 +61,9 @@ class _Scale:
         self.radius_max_q8 = radius_max_q8
         self.radius_q8 = (radius_min_q8 + radius_max_q8) // 2
         radius_px = (self.radius_q8 + 128) >> 8
-        if radius_px < 20:
-            self.step, self.reach = 3, 1
-        else:
-            self.step, self.reach = min(8, radius_px // 5), 2
-        if radius_px >= 45:
-            self.reach = 3
+        # finer grids than these cost more and find no more
+        self.step = 3 if radius_px < 15 else 4 if radius_px < 22 else min(8, radius_px // 5)
+        self.reach = 1 if radius_px < 20 else 2 if radius_px < 45 else 3
 
 
 def _scales(radius_min_px, radius_max_px):
@@ -148,7 +145,7 @@ class Detector:
             )
 
         radius_max_q8 = self._scales[-1].radius_max_q8
-        self.rings = RingFit(width, height, inner_q10, line_q10, edges_capacity, radius_max_q8)
+        self.rings = RingFit(width, height, inner_q10, line_q10, radius_max_q8)
         self.lines = LineReader(width, height, family, line_mm10)
         if allowed_ids is None:
             allowed_ids = range(8)

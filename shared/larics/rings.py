@@ -22,6 +22,7 @@ SKIP_INNER = const(2)
 
 _SUPPORT_OUTER = const(5)  # edges that must agree on the coarse outer and inner radius
 _SUPPORT_INNER = const(3)
+_DISTANCES = const(800)  # edges that may point to one candidate
 _COARSE_ROUNDS = const(2)
 _FIRST_CLIP = const(8)  # log units; later passes clip an eighth of the depth
 _LEAST_DEPTH = const(12)  # log units: about 4 of 100 grey levels
@@ -47,7 +48,7 @@ class RingFit:
     SKIP_* bits of sectors that a line disturbs
     """
 
-    def __init__(self, width, height, inner_q10, line_q10, edges_capacity, radius_max_q8):
+    def __init__(self, width, height, inner_q10, line_q10, radius_max_q8):
         self.width = width
         self.height = height
         self.inner_q10 = inner_q10
@@ -56,7 +57,7 @@ class RingFit:
         self.skip = bytearray(SECTORS)
         self.outer_means = array("i", bytes(SECTORS * 8))
         self.inner_means = array("i", bytes(SECTORS * 8))
-        self.distances = array("i", bytes(edges_capacity * 4))
+        self.distances = array("i", bytes(_DISTANCES * 4))
         self.bins = bytearray((radius_max_q8 >> 7) + 32)
         self._sectors = array("i", bytes(SECTORS * 16))
         self._result = array("i", bytes(48))
@@ -87,7 +88,7 @@ class RingFit:
             return False
         distances = kernels.edge_distances(
             edges, 0, 0, 0, count, self.width, x_q4, y_q4, reach_q4, half_line_q8 >> 4,
-            (radius_max_q8 >> 4) // 5 + 8, AXES, self.distances,
+            (radius_max_q8 >> 4) // 5 + 8, AXES, self.distances, _DISTANCES,
         )  # fmt: skip
         kernels.choose_radius(
             self.bins, 0, 0, radius_min_q8 >> 7, radius_max_q8 >> 7, (reach_q4 >> 3) + 3, self.inner_q10,

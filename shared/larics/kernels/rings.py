@@ -14,13 +14,13 @@ except ImportError:
 @micropython.viper
 def edge_distances(
     edges: ptr32, position: int, x: int, y: int, count: int, width: int, cx: int, cy: int, reach: int,
-    half_line: int, slack: int, axes: ptr16, distances: ptr32,
+    half_line: int, slack: int, axes: ptr16, distances: ptr32, capacity: int,
 ) -> int:  # fmt: skip
     """Distances to the candidate centre of the edges that point to it within `slack`, as ring radii.
 
     All lengths in 1/16 px: cx, cy 0..16384, reach 0..4096, half_line 0..256. `edges`: position |
     direction << 20; `axes`: cosine and sine of the 48 directions, * 2**14 + 32768; `distances` receives
-    distance | direction from the centre << 16, at most count items. Returns their number."""
+    distance | direction from the centre << 16, at most `capacity` items. Returns their number."""
     kept = 0
     i = 0
     while i < count:
@@ -47,6 +47,8 @@ def edge_distances(
                     if x > 0 and x < reach:
                         distances[kept] = x | (position << 16)
                         kept += 1
+                        if kept >= capacity:
+                            i = count
     return kept
 
 

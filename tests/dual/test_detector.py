@@ -1,0 +1,166 @@
+"""The detector on frames drawn with integers: right, alike on both interpreters, and without allocation."""
+
+from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, FLAG_UNCONFIRMED
+from larics.detector import MARKERS, Detector
+from larics.fixed import wrap_cdeg
+from larics.hough import CENTRES
+from marker_drawing import draw
+
+try:
+    import micropython
+
+    heap_lock, heap_unlock = micropython.heap_lock, micropython.heap_unlock
+except ImportError:
+
+    def heap_lock():
+        pass
+
+    heap_unlock = heap_lock
+
+WIDTH, HEIGHT = 128, 120
+
+# ID, x, y and radius in 1/16 px, heading
+DRAWN = (
+    (3, 1000, 950, 400, 12345),
+    (5, 1024, 960, 440, 0),
+    (7, 1010, 930, 460, 9000),
+    (1, 990, 975, 376, 20055),
+    (6, 1030, 944, 420, 31111),
+    (2, 1015, 955, 430, 4500),
+)
+
+
+def drawn(marker_id, x_q4, y_q4, radius_q4, heading_cdeg):
+    return draw(WIDTH, HEIGHT, marker_id, x_q4, y_q4, radius_q4, heading_cdeg)
+
+
+def detector(**settings):
+    return Detector(WIDTH, HEIGHT, 22, 30, **settings)
+
+
+def test_drawn_markers_are_read_to_a_hundredth():
+    finder = detector()
+    for marker_id, x_q4, y_q4, radius_q4, heading_cdeg in DRAWN:
+        found = finder.detect(drawn(marker_id, x_q4, y_q4, radius_q4, heading_cdeg))
+        assert len(found) == 1
+        one = found[0]
+        assert one.marker_id == marker_id
+        assert one.flags == 0
+        assert abs(one.x_q8 - 16 * x_q4) <= 20, (one, x_q4)
+        assert abs(one.y_q8 - 16 * y_q4) <= 20, (one, y_q4)
+        assert abs(wrap_cdeg(one.heading_cdeg - heading_cdeg)) <= 20, (one, heading_cdeg)
+        assert abs(one.radius_q8 - 16 * radius_q4) <= 16
+
+
+def test_nothing_is_allocated_after_the_first_frame():
+    finder = detector(confirm=(2, 3))
+    frames = [drawn(*marker) for marker in DRAWN[:2]]
+    frames.append(bytearray(WIDTH * HEIGHT))
+    frames.append(bytearray(k * k % 251 for k in range(WIDTH * HEIGHT)))
+    finder.detect(frames[0])
+    finder.track(frames[0])
+    ids = 0
+    heap_lock()
+    try:
+        for frame in frames:
+            for one in finder.detect(frame):
+                ids = ids * 8 + one.marker_id
+            for one in finder.track(frame):
+                ids = ids * 8 + one.marker_id
+    finally:
+        heap_unlock()
+    assert ids == (DRAWN[0][0] * 9 * 64 + DRAWN[1][0] * 9)
+
+
+def test_tracking_gives_what_the_search_gives():
+    finder = detector()
+    tracker = detector()
+    for marker in DRAWN:
+        frame = drawn(*marker)
+        one = finder.detect(frame)[0]
+        again = tracker.track(frame, one.x_q8 + 900, one.y_q8 - 1200, one.radius_q8 + 100)
+        assert len(again) == 1
+        assert again[0].flags == FLAG_TRACKED
+        assert again[0].marker_id == one.marker_id
+        assert abs(again[0].x_q8 - one.x_q8) <= 12 and abs(again[0].y_q8 - one.y_q8) <= 12
+        assert abs(wrap_cdeg(again[0].heading_cdeg - one.heading_cdeg)) <= 5
+        assert tracker.counts.steep <= finder.counts.steep
+
+
+def test_tracking_follows_the_motion_and_falls_back():
+    tracker = detector()
+    assert len(tracker.track(drawn(3, 940, 960, 400, 0))) == 1  # nothing known yet: a search
+    assert tracker.track(drawn(3, 1000, 960, 400, 100))[0].flags == FLAG_TRACKED
+    assert tracker.track(drawn(3, 1060, 960, 400, 200))[0].flags == FLAG_TRACKED
+    assert tracker.track(bytearray(WIDTH * HEIGHT)) == []
+    assert tracker.track(drawn(3, 1120, 960, 400, 300))[0].flags == 0
+    lost = tracker.track(drawn(3, 1000, 960, 400, 300), 400 * 256, 10 * 256, 25 * 256)
+    assert len(lost) == 1 and lost[0].flags == 0
+
+
+def test_an_id_is_confirmed_by_enough_frames():
+    finder = detector(confirm=(2, 3))
+    frame = drawn(*DRAWN[0])
+    assert finder.detect(frame)[0].flags == FLAG_UNCONFIRMED
+    assert finder.detect(frame)[0].flags == 0
+    empty = bytearray(WIDTH * HEIGHT)
+    finder.detect(empty)
+    assert finder.detect(frame)[0].flags == 0
+    finder.detect(empty)
+    finder.detect(empty)
+    assert finder.detect(frame)[0].flags == FLAG_UNCONFIRMED
+
+
+def test_ids_can_be_limited():
+    frame = drawn(*DRAWN[0])
+    assert detector(allowed_ids=(3, 4)).detect(frame)[0].marker_id == 3
+    other = detector(allowed_ids=(4,)).detect(frame)[0]
+    assert other.marker_id == -1 and other.flags == FLAG_ID_UNCERTAIN
+
+
+def test_a_cut_off_plate_is_flagged():
+    finder = detector()
+    found = finder.detect(drawn(5, 600, 960, 400, 0))
+    assert [one.marker_id for one in found] == [5]
+    assert found[0].flags == FLAG_BORDER
+    for x_q4 in range(0, 560, 80):
+        for one in finder.detect(drawn(5, x_q4, 960, 400, 0)):
+            assert one.marker_id in (5, -1) and one.flags & FLAG_BORDER
+
+
+def test_work_is_capped_on_any_content():
+    finder = detector()
+    for period in (1, 2, 3, 5, 8):
+        frame = bytearray(WIDTH * HEIGHT)
+        for k in range(len(frame)):
+            frame[k] = 255 if (k % WIDTH // period + k // WIDTH // period) & 1 else 0
+        assert finder.detect(frame) == []
+        counts = finder.counts
+        assert counts.candidates <= CENTRES
+        assert counts.edges <= counts.steep <= WIDTH * HEIGHT // 16
+        assert sum(counts.verdicts) == counts.candidates
+
+
+def test_wrong_arguments_are_refused():
+    finder = detector()
+    for settings in ((32, 120, 22, 30), (128, 120, 30, 30), (128, 120, 2, 30), (128, 120, 20, 90)):
+        assert raises(Detector, *settings)
+    assert raises(finder.detect, bytearray(WIDTH * HEIGHT - 1))
+    assert raises(Detector, WIDTH, HEIGHT, 22, 30, None, finder.family, None, False, (3, 2))
+    assert len(finder.detect(bytearray(WIDTH * HEIGHT))) == 0
+
+
+def raises(function, *arguments):
+    try:
+        function(*arguments)
+    except ValueError:
+        return True
+    return False
+
+
+def test_memory_is_stated_and_bounded():
+    known = Detector(360, 296, 25, 35)
+    assert 16 * 1024 < known.memory() <= 96 * 1024
+    unknown = Detector(360, 296, 10, 66)
+    assert known.memory() < unknown.memory() <= 128 * 1024
+    assert len(known.detect(bytes(360 * 296))) < MARKERS
