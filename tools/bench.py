@@ -174,21 +174,43 @@ class Bench:
             self.section("A frame on MicroPython (%s), %s" % (kind, unit), report.cost(costs))
 
 
+def chosen(text, known, what):
+    """A comma-separated list of names; ends the program with one line when a name is unknown."""
+    for name in text.split(","):
+        if name not in known:
+            sys.exit("bench: unknown %s %s; use %s" % (what, name, ", ".join(known)))
+    return text.split(",")
+
+
+def compare(paths):
+    """Prints where two result files differ."""
+    results = []
+    for path in paths:
+        try:
+            results.append(json.loads(Path(path).read_text(encoding="utf-8")))
+        except (OSError, ValueError) as error:
+            sys.exit("bench: %s is no results.json: %s" % (path, error))
+    print("\n".join(report.comparison(*results)) or "no difference")
+
+
 def main():
     options = arguments()
     if options.compare:
-        before, after = (json.loads(Path(path).read_text()) for path in options.compare)
-        print("\n".join(report.comparison(before, after)) or "no difference")
+        compare(options.compare)
         return
-    parts = options.only.split(",")
-    unknown = set(parts) - set(PARTS)
-    if unknown:
-        sys.exit("bench: unknown part %s; use %s" % (unknown.pop(), ", ".join(PARTS)))
+    parts = chosen(options.only, PARTS, "part")
+    if options.methods:
+        chosen(options.methods, list(methods.METHODS), "method")
+    if options.frames < 1:
+        sys.exit("bench: --frames must be at least 1")
     started = time.monotonic()
     bench = Bench(options)
     for part in PARTS:
         if part in parts:
-            getattr(bench, part)()
+            try:
+                getattr(bench, part)()
+            except interpreter.InterpreterError as error:
+                sys.exit("bench: %s" % error)
     reached = targets.targets(bench.results)
     if reached:
         bench.section("Targets", report.targets(reached))

@@ -20,6 +20,8 @@ from pathlib import Path
 import cv2
 from benchmark import evaluate, frames, methods, report
 
+from larics_host.render.presets import OVERRIDES, PRESETS
+
 
 def arguments(words=None):
     parser = argparse.ArgumentParser(
@@ -80,7 +82,14 @@ def main():
     unknown = [name for name in names if name not in methods.METHODS]
     if unknown:
         sys.exit("rates: unknown method %s; use %s" % (unknown[0], ", ".join(methods.METHODS)))
+    known = [*PRESETS, evaluate.PHOTOGRAPHS]
+    unknown = [preset for preset in options.preset.split(",") if preset not in known]
+    if unknown:
+        sys.exit("rates: unknown preset %s; use %s" % (unknown[0], ", ".join(known)))
     overrides = dict(override(text) for text in options.set)
+    unknown = set(overrides) - set(OVERRIDES)
+    if unknown:
+        sys.exit("rates: unknown override %s; use %s" % (unknown.pop(), ", ".join(OVERRIDES)))
     print(report.heading("preset / method"))
     for preset in options.preset.split(","):
         todo = evaluate.jobs(

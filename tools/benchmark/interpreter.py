@@ -81,28 +81,35 @@ def command(text):
     return words
 
 
+class InterpreterError(Exception):
+    """The interpreter cannot be run, or failed: one line that says why."""
+
+
+def _run(interpreter, *words):
+    """Standard output of on_interpreter.py."""
+    try:
+        done = subprocess.run(
+            [*interpreter, str(SCRIPT), *[str(word) for word in words]],
+            cwd=ROOT,
+            env=dict(os.environ, MICROPYPATH="shared:.frozen"),
+            capture_output=True,
+            text=True,
+            timeout=1800,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise InterpreterError("cannot run MICROPYTHON: %s" % error) from None
+    if done.returncode:
+        lines = (done.stdout + done.stderr).strip().splitlines() or ["no output"]
+        raise InterpreterError("%s failed: %s" % (" ".join(interpreter), lines[-1]))
+    return done.stdout
+
+
 def measure(interpreter, words, method, radius_range):
     """Runs a method over raw frames (`words`: paths, or with_predictions()); returns a summary.
 
-    Raises RuntimeError when the interpreter fails.
-
     mean, median and max are milliseconds, or million instructions when `unit` says so; kernels holds for each
-    viper function the same unit and the number of calls, both a frame."""
-    command_line = [*interpreter, SCRIPT, method, *radius_range, frames.WIDTH, frames.HEIGHT, *words]
-    environment = dict(os.environ, MICROPYPATH="shared:.frozen")
-    done = subprocess.run(
-        [str(word) for word in command_line],
-        cwd=ROOT,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=1800,
-    )
-    if done.returncode:
-        raise RuntimeError(
-            "%s failed: %s" % (" ".join(interpreter), (done.stdout + done.stderr).strip()[-500:])
-        )
-    result = parse(done.stdout)
+    viper function the same unit and the number of calls, both a frame. Raises InterpreterError."""
+    result = parse(_run(interpreter, method, *radius_range, frames.WIDTH, frames.HEIGHT, *words))
     cost = np.array([ticks for ticks, _, _ in result["frames"]]) / 1000.0
     return {
         "unit": "Minsn" if counts_instructions(result) else "ms",
