@@ -38,7 +38,8 @@ class LineReader:
     angle_turn16       clockwise angle of the orientation line, 1/65536 turn
     rivals             directions outside the rings that pass as an orientation line: 1 for a marker
     line_q8            the line's area, 256 = as much as the rings'
-    slope_q10, deviation_q10   of its centroids against its radius (radians * 1024), and from it (1/1024 px)
+    slope_q10, slope_most_q10  of its centroids against its radius (radians * 1024), and what is allowed
+    deviation_q10      mean distance of the centroids from the line, 1/1024 px
     gap_q8             share of the line that is interrupted * 256
     second_q8          depth of the second darkest direction, 256 = as deep as the line
     near_q8, far_q8    arrays of 8: area of the inner and outer half of each position, below the darker of
@@ -74,7 +75,7 @@ class LineReader:
         self.level = array("i", bytes(4 * POSITIONS))
         self.code_inside = 1
         self.angle_turn16 = self.rivals = self.line_q8 = self.slope_q10 = self.deviation_q10 = 0
-        self.gap_q8 = self.second_q8 = self.line_depth = 0
+        self.gap_q8 = self.second_q8 = self.line_depth = self.slope_most_q10 = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -119,7 +120,7 @@ class LineReader:
 
     def _passes(self):
         """Whether what was measured last is a straight, radial, uninterrupted line."""
-        return self.line_q8 >= 96 and self.gap_q8 <= 90 and -110 < self.slope_q10 < 110
+        return self.line_q8 >= 96 and self.gap_q8 <= 90 and abs(self.slope_q10) < self.slope_most_q10
 
     def refine(self, frame, rings):
         """Measures the orientation line once more, from its last angle and the present centre."""
@@ -134,6 +135,7 @@ class LineReader:
             window_q8 = 300
         if window_q8 > _WINDOW_CAP_Q8:
             window_q8 = _WINDOW_CAP_Q8
+        self.slope_most_q10 = 65 + 294912 // radius_q8  # short lines are less straight
         area = rings.outer_area_near(angle_turn16)
         line_q8 = radius_q8 * self._line_q10 >> 10
         first_q8 = radius_q8 * self._line_first_q10 >> 10

@@ -26,6 +26,7 @@ RADIUS_LEAST_PX = const(6)
 RADIUS_MOST_PX = const(72)
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
+_SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
 _FAMILY_MM10 = const(1500)
@@ -305,6 +306,8 @@ class Detector:
         ):
             return verdicts.NO_RADIUS
         if not rings.refine(frame, 8, 3, 192):
+            return verdicts.NO_FIT
+        if rings.radius_q8 < _SMALL_Q8 and not rings.refine(frame, 12, 3, 160):
             return verdicts.NO_FIT
         verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         if verdict != verdicts.ACCEPTED:

@@ -74,8 +74,10 @@ class Judge:
         ratio_off = abs((rings.inner_q8 << 10) // radius_q8 - self.inner_q10)
         weaker = min(rings.outer_area, rings.inner_area)
         stronger = max(rings.outer_area, rings.inner_area)
-        # 1024ths of the radius
-        residual = (rings.deviation_outer_q10 + rings.deviation_inner_q10) * 256 // radius_q8
+        # with few pixels a ring and a line deviate more than in proportion
+        ratio_most = 16 + 76800 // radius_q8
+        residual = rings.deviation_outer_q10 + rings.deviation_inner_q10
+        residual_most = (radius_q8 >> 5) + 320
         bulge = max(abs(rings.bulge_cos), abs(rings.bulge_sin))
         if (
             rings.inside_outer + rings.skipped_outer >= 20
@@ -83,9 +85,9 @@ class Judge:
             and self._rule(outer - 36, 20)
             and self._rule(inner - 36, 20)
             and self._rule(outer + inner - 80, 36)
-            and self._rule(26 - ratio_off, 20)
+            and self._rule(ratio_most - ratio_off, 20)
             and self._rule(weaker * 10 - stronger * 6, stronger * 3)
-            and self._rule(24 - residual, 18)
+            and self._rule(residual_most - residual, residual_most >> 1)
             and bulge * 2 < radius_q8
         ):
             return ACCEPTED
@@ -100,9 +102,9 @@ class Judge:
         if (
             self._rule(lines.line_q8 - 96, 110)
             and self._rule(_LINE_MOST - lines.line_q8, 120)
-            and self._rule(rings.radius_q8 // 24 - lines.deviation_q10, rings.radius_q8 // 48)
+            and self._rule((rings.radius_q8 >> 6) + 200 - lines.deviation_q10, 150)
             and self._rule(90 - lines.gap_q8, 80)
-            and self._rule(100 - abs(lines.slope_q10), 80)
+            and self._rule(lines.slope_most_q10 - abs(lines.slope_q10), lines.slope_most_q10)
         ):
             return ACCEPTED
         return NO_ORIENTATION
