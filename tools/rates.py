@@ -20,7 +20,8 @@ from pathlib import Path
 import cv2
 from benchmark import evaluate, frames, methods, report
 
-from larics_host.render.presets import OVERRIDES, PRESETS
+from larics_host.render import PRESETS
+from larics_host.render.series import OVERRIDES
 
 
 def arguments(words=None):

@@ -134,7 +134,9 @@ def comparison(before, after, path=""):
             if key in after:
                 lines.extend(comparison(before[key], after[key], "%s / %s" % (path, key) if path else key))
         return lines
-    if isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+    if isinstance(before, list) and isinstance(after, list):
+        if len(before) != len(after):
+            return ["%s: %d -> %d values" % (path, len(before), len(after))]
         lines = []
         for i, (old, new) in enumerate(zip(before, after, strict=True)):
             lines.extend(comparison(old, new, "%s[%d]" % (path, i)))
