@@ -48,7 +48,7 @@ def source():
     axis = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     axes = [32768 + round(16384 * f(angle)) for angle in axis for f in (math.cos, math.sin)]
     root = [round(16384 * math.sqrt(1 - (k / 128) ** 2)) for k in range(128)]
-    sector = [2 * math.pi * (k + 0.5) / 32 for k in range(8)]
+    sector = [2 * math.pi * (k + 0.5) / 16 for k in range(4)]
     harmonics = [128 + round(127 * f(n * angle)) for angle in sector for n in (1, 2) for f in (math.cos, math.sin)]
     tables = [
         literal("QUARTER_SINE_Q14", "sin(pi/2 * k/256) * 2**14, k = 0..256", pack16(quarter)),
@@ -71,8 +71,8 @@ def source():
             pack16(axes),
         ),
         literal(
-            "HARMONICS_8",
-            "128 + 127 * cos, sin, cos 2, sin 2 of the middles of the first 8 of 32 sectors; uint8",
+            "HARMONICS_4",
+            "128 + 127 * cos, sin, cos 2, sin 2 of the middles of the first 4 of 16 sectors; uint8",
             bytes(harmonics),
         ),
         literal("BIT_COUNT", "ones in 0..255; uint8", bytes(bin(k).count("1") for k in range(256))),

@@ -12,7 +12,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.fixed import COSINE, LOG_GREY, cos_q14, sin_q14
+from larics.fixed import COSINE, LOG_GREY
 from larics.kernels import lines as kernels
 
 POSITIONS = const(8)  # every 45 degrees from the orientation line; 2, 4 and 6 carry the bits
@@ -42,10 +42,10 @@ class LineReader:
     deviation_q10      mean distance of the centroids from the line, 1/1024 px
     gap_q8             share of the line that is interrupted * 256
     second_q8          depth of the second darkest direction, 256 = as deep as the line
-    near_q8, far_q8    arrays of 8: area of the inner and outer half of each position, below the darker of
-                       both sides, 256 = as the rings'
-    near_mean_q8, far_mean_q8   arrays of 8: the same below the mean of both sides; may be negative
-    level              array of 8: brightness beside the position, log units
+    code_inside        whether all eight positions lie inside the frame
+    code               array of 8 * (area of the inner half of a position, of its outer half, below the darker
+                       of both sides; both again, below the mean of the sides, which may be negative;
+                       brightness beside it in log units); areas: 256 = as the rings'
     """
 
     def __init__(self, width, height, family, line_mm10):
@@ -67,19 +67,14 @@ class LineReader:
         self._depths = array("H", bytes(512))
         self._picks = array("i", bytes(8 * _HYPOTHESES))
         self._result = array("i", bytes(48))
-        self._code = array("i", bytes(20 * POSITIONS))
-        self.near_mean_q8 = array("i", bytes(4 * POSITIONS))
-        self.far_mean_q8 = array("i", bytes(4 * POSITIONS))
-        self.near_q8 = array("i", bytes(4 * POSITIONS))
-        self.far_q8 = array("i", bytes(4 * POSITIONS))
-        self.level = array("i", bytes(4 * POSITIONS))
+        self.code = array("i", bytes(20 * POSITIONS))
         self.code_inside = 1
         self.angle_turn16 = self.rivals = self.line_q8 = self.slope_q10 = self.deviation_q10 = 0
         self.gap_q8 = self.second_q8 = self.line_depth = self.slope_most_q10 = 0
 
     def memory(self):
         """Bytes of the buffers."""
-        return 1024 + 8 * _HYPOTHESES + 48 + 40 * POSITIONS
+        return 1024 + 8 * _HYPOTHESES + 48 + 20 * POSITIONS
 
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
@@ -143,12 +138,11 @@ class LineReader:
         result = self._result
         for _ in range(2):
             inside = kernels.line_crossings(
-                0, 0, 0, frame, LOG_GREY, self.width, self.height, x_q8, y_q8, cos_q14(angle_turn16),
-                sin_q14(angle_turn16), first_q8, last_q8, window_q8, line_q8 >> 1, (area << 5) // line_q8,
-                area * 3 >> 3, result,
+                0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, x_q8, y_q8, angle_turn16,
+                first_q8, last_q8, window_q8, line_q8 >> 1, (area << 5) // line_q8, area * 3 >> 3, result,
             )  # fmt: skip
-            angle_turn16 += result[_ROTATION]
-        self.angle_turn16 = angle_turn16 & 65535
+            angle_turn16 = (angle_turn16 + result[_ROTATION]) & 65535
+        self.angle_turn16 = angle_turn16
         self.slope_q10 = result[_SLOPE]
         self.deviation_q10 = result[_DEVIATION]
         if inside < 2 or inside < result[_OUTSIDE]:
@@ -166,19 +160,8 @@ class LineReader:
         first_q8 = radius_q8 * self._code_first_q10 >> 10
         pitch_q8 = ((radius_q8 * self._code_last_q10 >> 10) - first_q8) // (_CODE_RADII - 1)
         self.code_inside = kernels.code_positions(
-            0, 0, 0, frame, LOG_GREY, self.width, self.height, (rings.true_x_q10 + 2) >> 2,
-            (rings.true_y_q10 + 2) >> 2, cos_q14(self.angle_turn16), sin_q14(self.angle_turn16), first_q8,
-            pitch_q8, _CODE_RADII, line_q8 // 2 + (radius_q8 * self._gap_q10 >> 11), _CODE_OPENING,
-            (area << 5) // line_q8, self._code,
+            0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, (rings.true_x_q10 + 2) >> 2,
+            (rings.true_y_q10 + 2) >> 2, self.angle_turn16, first_q8, pitch_q8, _CODE_RADII,
+            line_q8 // 2 + (radius_q8 * self._gap_q10 >> 11), _CODE_OPENING, (area << 5) // line_q8, area + 1,
+            self.code,
         )  # fmt: skip
-        if not self.code_inside:
-            return
-        code = self._code
-        unit = area * (_CODE_RADII // 2) * 4 + 1
-        for position in range(POSITIONS):
-            slot = 5 * position
-            self.near_q8[position] = (code[slot] << 8) // unit
-            self.far_q8[position] = (code[slot + 1] << 8) // unit
-            self.near_mean_q8[position] = ((code[slot + 2] - 32768) << 8) // unit
-            self.far_mean_q8[position] = ((code[slot + 3] - 32768) << 8) // unit
-            self.level[position] = code[slot + 4]

@@ -1,6 +1,6 @@
 """Step 3: the two rings of a candidate, from a coarse radius to a sub-pixel, perspective-corrected centre.
 
-The crossings of the rings with pixel rows and columns are averaged in 32 sectors; harmonics over the sectors
+The crossings of the rings with pixel rows and columns are averaged in 16 sectors; harmonics over the sectors
 give centre, radius and ellipse of each ring without solving a matrix. Under perspective the centres of the
 two rings' images differ, and the true centre lies on their line, farther by a factor of the rings' ratio.
 """
@@ -16,7 +16,7 @@ from larics import tables
 from larics.fixed import AXES, LOG_GREY, ROOT
 from larics.kernels import rings as kernels
 
-SECTORS = const(32)
+SECTORS = const(16)
 SKIP_OUTER = const(1)
 SKIP_INNER = const(2)
 
@@ -31,7 +31,8 @@ _WINDOW_FLOOR_Q8 = const(300)
 _WINDOW_CAP_Q8 = const(3584)
 _SECTOR_FLOOR_Q10 = const(96)  # a sector this close to the harmonics is never an outlier
 _PRIOR_Q10 = const(32)  # expected distance of the ring centres at a radius of 30 px
-_NEARBY = (-3, -2, 2, 3)  # sectors beside a line that it does not disturb
+_LINE_AREAS = const(170)  # both halves of a position that count as a line, 256 = as the rings'
+_NEARBY = (-2, -1, 1, 2)  # sectors beside a line that it does not disturb
 _LINE_REACH_TURN16 = const(1640)  # 9 degrees
 _APART_Q10 = const(3000)  # the rings' centres differ by less, or they are not one marker's
 
@@ -54,7 +55,7 @@ class RingFit:
         self.inner_q10 = inner_q10
         self.line_q10 = line_q10
         self.crossings = 0
-        self.skip = bytearray(SECTORS)
+        self.skip = bytearray(2 * SECTORS)
         self.outer_means = array("i", bytes(SECTORS * 8))
         self.inner_means = array("i", bytes(SECTORS * 8))
         self.distances = array("i", bytes(_DISTANCES * 4))
@@ -76,7 +77,7 @@ class RingFit:
 
     def memory(self):
         """Bytes of the buffers."""
-        return 4 * len(self.distances) + len(self.bins) + SECTORS * (8 + 8 + 16 + 1) + 48
+        return 4 * len(self.distances) + len(self.bins) + SECTORS * (8 + 8 + 16 + 2) + 48
 
     def coarse(self, edges, count, x_q8, y_q8, radius_min_q8, radius_max_q8, half_line_q8):
         """Takes a candidate centre and finds its radius from the edges; False when too few agree."""
@@ -107,31 +108,24 @@ class RingFit:
         self.inner_q8 = radius_q8 * self.inner_q10 >> 10
         self.bulge_cos = self.bulge_sin = 0
         self.area = 0
-        self._clear_skip()
-
-    def _clear_skip(self):
-        for sector in range(SECTORS):
-            self.skip[sector] = 0
-        self.skipped_outer = self.skipped_inner = 0
+        self.skip_lines(None)
 
     def skip_lines(self, lines):
-        """Leaves out of the next pass the sectors where a line meets the outer or the inner ring."""
-        skip = self.skip
-        self._clear_skip()
-        angle = lines.angle_turn16
-        for position in range(0, 8, 2):
-            bit = SKIP_OUTER if position == 0 else SKIP_INNER
-            if position == 0 or lines.near_q8[position] + lines.far_q8[position] > 150:
-                first = (angle - _LINE_REACH_TURN16) >> 11
-                last = (angle + _LINE_REACH_TURN16) >> 11
-                while first <= last:
-                    skip[first & 31] |= bit
-                    first += 1
-                    if position:
-                        self.skipped_inner += 1
-                    else:
-                        self.skipped_outer += 1
-            angle -= 16384
+        """Leaves out of the next passes what a line disturbs; None: nothing."""
+        bits = 0
+        angle_turn16 = 0
+        if lines is not None:
+            angle_turn16 = lines.angle_turn16
+            bits = 1
+            code = lines.code
+            for line in range(1, 4):
+                if code[10 * line + 2] + code[10 * line + 3] > _LINE_AREAS:
+                    bits |= 1 << line
+        marked = kernels.skip_half_sectors(
+            self.skip, 0, bits, angle_turn16, _LINE_REACH_TURN16, SKIP_OUTER, SKIP_INNER
+        )
+        self.skipped_outer = marked & 63
+        self.skipped_inner = marked >> 6
 
     def refine(self, frame, lines, rounds, limit_q8):
         """One pass over both rings with about `lines` crossings a quarter ring; False when they do not hold.
@@ -189,15 +183,15 @@ class RingFit:
             self.skip, skip_bit, self._sectors,
         )  # fmt: skip
         used = kernels.ring_harmonics(
-            0, 0, 0, self._sectors, means, tables.HARMONICS_8, rounds, _SECTOR_FLOOR_Q10, self._result
+            0, 0, 0, self._sectors, means, tables.HARMONICS_4, rounds, _SECTOR_FLOOR_Q10, self._result
         )
-        return used >= 8 and used * 2 >= self._result[7]
+        return used >= 5 and used * 2 >= self._result[7]
 
     def outer_area_near(self, angle_turn16):
         """The outer ring's area on both sides of a clockwise angle: what a line there must show in this
         light."""
         means = self.outer_means
-        sector = (angle_turn16 >> 11) + SECTORS
+        sector = (angle_turn16 >> 12) + SECTORS
         total = count = 0
         for away in _NEARBY:
             mean = means[SECTORS + (sector + away) % SECTORS]
@@ -217,7 +211,7 @@ class RingFit:
             return False
         outer = self.deviation_outer_q10
         inner = self.deviation_inner_q10
-        noise2 = ((outer * outer + inner * inner) * 25 >> 7) + 4
+        noise2 = ((outer * outer + inner * inner) * 50 >> 7) + 4
         prior = (self.radius_q8 >> 4) * (self.radius_q8 >> 4) * _PRIOR_Q10 // 230400
         signal2 = dx_q10 * dx_q10 + dy_q10 * dy_q10 - noise2
         if signal2 < prior * prior:

@@ -29,14 +29,13 @@ VERDICT_NAMES = (
 )  # fmt: skip
 
 _BITS = (2, 4, 6)  # positions, most significant first
-_EMPTY = (0, 1, 3, 5, 7)
+_EMPTY = (0, 5, 15, 25, 35)  # items of LineReader.code of the other positions
 _LINE_MOST = const(520)
 _POSE_MARGIN = const(48)  # a pose without an ID needs at least that margin
 _GUARD_MOST = const(70)  # areas, 256 = as the rings'
 _ONE_LEAST = const(150)
 _ZERO_MOST = const(66)
-_BESIDE = const(3)  # sectors on each side of a position whose ring must be intact to believe a 0,
-_WEAK_Q8 = const(128)  # that is have this share of the rings' mean area
+_WEAK_Q8 = const(128)  # a 0 is believed when the ring beside it has this share of the rings' mean area
 
 
 class Judge:
@@ -80,8 +79,8 @@ class Judge:
         residual_most = (radius_q8 >> 5) + 320
         bulge = max(abs(rings.bulge_cos), abs(rings.bulge_sin))
         if (
-            rings.inside_outer + rings.skipped_outer >= 20
-            and rings.inside_inner + rings.skipped_inner >= 24
+            rings.inside_outer * 2 + rings.skipped_outer >= 20
+            and rings.inside_inner * 2 + rings.skipped_inner >= 24
             and self._rule(outer - 36, 20)
             and self._rule(inner - 36, 20)
             and self._rule(outer + inner - 80, 36)
@@ -113,13 +112,18 @@ class Judge:
         """The verdict on the eight inner positions: five must be empty, three carry the bits."""
         if not lines.code_inside:
             return ID_UNCERTAIN if self.margin >= _POSE_MARGIN else NOT_EMPTY
-        for position in _EMPTY:
-            if not self._rule(_GUARD_MOST - ((lines.near_q8[position] + lines.far_q8[position]) >> 1), 50):
-                return NOT_EMPTY
+        code = lines.code
+        guard = 0
+        for slot in _EMPTY:
+            area = code[slot] + code[slot + 1]
+            if area > guard:
+                guard = area
+        if not self._rule(_GUARD_MOST - (guard >> 1), 50):
+            return NOT_EMPTY
         marker_id = 0
         certain = True
         for position in _BITS:
-            depth = (lines.near_mean_q8[position] + lines.far_mean_q8[position]) >> 1
+            depth = (code[5 * position + 2] + code[5 * position + 3]) >> 1
             marker_id <<= 1
             if depth >= _ONE_LEAST:
                 marker_id |= 1
@@ -137,8 +141,5 @@ class Judge:
 
     def _erased(self, lines, rings, position):
         """Whether a missing line may be hidden by glare, shadow or dirt: the inner ring beside it is, too."""
-        sector = (lines.angle_turn16 - position * 8192 >> 11) & 31
-        weak = kernels.weak_sectors(
-            rings.inner_means, 0, 0, sector + 32 - _BESIDE, 2 * _BESIDE + 1, rings.area * _WEAK_Q8 >> 8
-        )
-        return weak > 1
+        sector = (lines.angle_turn16 - position * 8192 >> 12) & 15
+        return kernels.weak_sectors(rings.inner_means, 0, 0, sector + 15, 3, rings.area * _WEAK_Q8 >> 8) > 0

@@ -120,19 +120,26 @@ def dark_directions(
 
 @micropython.viper
 def line_crossings(
-    position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
-    cosine: int, sine: int, first: int, last: int, window: int, half_line: int, clip: int, least_area: int,
-    result: ptr32,
+    position: int, value: int, base: int, image: ptr8, log: ptr16, circle: ptr16, width: int, height: int,
+    cx: int, cy: int, angle: int, first: int, last: int, window: int, half_line: int, clip: int,
+    least_area: int, result: ptr32,
 ) -> int:  # fmt: skip
     """How the pixel rows (or columns) between two radii cross a dark radial line from (cx, cy).
 
-    cx, cy (inside the frame), first, last (radii, 256..32768) in 1/256 px; cosine, sine: the direction
-    * 2**14; window: half width, 1/256 px, 256..3584 and below `first`; half_line: of the line's width. Where
-    rows cross obliquely, the radii are narrowed so that a window touches neither the line's end nor what
-    lies within `first`. clip and least_area as in `ring_crossings`.
-    result: crossings inside the frame, outside, their area, crossings with least_area, rotation (1/65536
-    turn, to be added to the clockwise angle), slope of the centroids against the radius (1/1024), their mean
-    distance from the line (1/1024 px). Returns the number of crossings inside the frame."""
+    cx, cy (inside the frame), first, last (radii, 256..32768) in 1/256 px; angle: clockwise, 0..65535 of a
+    turn; circle: fixed.COSINE; window: half width, 1/256 px, 256..3584 and below `first`; half_line: of the
+    line's width. Where rows cross obliquely, the radii are narrowed so that a window touches neither the
+    line's end nor what lies within `first`. clip and least_area as in `ring_crossings`. result: crossings
+    inside the frame, outside, their area, crossings with least_area, rotation (1/65536 turn, to be added to
+    the clockwise angle), slope of the centroids against the radius (1/1024), their mean distance from the
+    line (1/1024 px). Returns the number of crossings inside the frame."""
+    index = angle >> 8
+    fraction = angle & 255
+    cosine = int(circle[index])
+    cosine = cosine + (((int(circle[index + 1]) - cosine) * fraction) >> 8) - 32768
+    index = (index + 64) & 255
+    sine = int(circle[index])
+    sine = 32768 - sine - (((int(circle[index + 1]) - sine) * fraction) >> 8)
     major = cosine
     oblique = sine
     if major < 0:
@@ -241,19 +248,28 @@ def line_crossings(
 
 @micropython.viper
 def code_positions(
-    position: int, x: int, y: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
-    cosine: int, sine: int, first: int, pitch: int, radii: int, window: int, opening: int, clip: int,
-    result: ptr32,
+    position: int, x: int, y: int, image: ptr8, log: ptr16, circle: ptr16, width: int, height: int, cx: int,
+    cy: int, angle: int, first: int, pitch: int, radii: int, window: int, opening: int, clip: int,
+    area_unit: int, result: ptr32,
 ) -> int:  # fmt: skip
     """What lies at eight positions around (cx, cy), 45 degrees apart, counterclockwise as seen.
 
     At `radii` (even, 2..16) radii from `first` in steps of `pitch`, nine interpolated samples across the
     position, as far as `window` to both sides but at most opening/256 of the radius; all 1/256 px, the
-    farthest sample within 32768 of the centre. The baseline is the darker of the two ends. cosine, sine: the
-    first direction * 2**14; clip: log units.
+    farthest sample within 32768 of the centre. The baseline is the darker of the two ends. angle: of the
+    first position, clockwise, 0..65535 of a turn; circle: fixed.COSINE; clip: log units; area_unit: 1..65535,
+    log units * px.
     result, for each position: area of the nearer half of the radii below the darker end, of the farther half,
-    both again below the mean of the ends + 32768 (log units * px, summed over the radii), mean of the ends.
+    both again below the mean of the ends (may be negative), all as 256ths of area_unit; mean of the ends.
     Returns 1, or 0 when a sample would lie outside the frame."""
+    index = angle >> 8
+    fraction = angle & 255
+    cosine = int(circle[index])
+    cosine = cosine + (((int(circle[index + 1]) - cosine) * fraction) >> 8) - 32768
+    index = (index + 64) & 255
+    sine = int(circle[index])
+    sine = 32768 - sine - (((int(circle[index + 1]) - sine) * fraction) >> 8)
+    unit = area_unit * (radii >> 1)
     slot = 0
     while slot < 40:
         near_area = 0
@@ -316,10 +332,10 @@ def code_positions(
                 near_mean = mean
                 area = 0
                 mean = 0
-        result[slot] = near_area >> 6
-        result[slot + 1] = area >> 6
-        result[slot + 2] = (near_mean >> 6) + 32768
-        result[slot + 3] = (mean >> 6) + 32768
+        result[slot] = near_area // unit
+        result[slot + 1] = area // unit
+        result[slot + 2] = near_mean // unit
+        result[slot + 3] = mean // unit
         result[slot + 4] = level // (radii + radii)
         slot += 5
         value = ((cosine + sine) * 11585) >> 14

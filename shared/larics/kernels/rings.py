@@ -1,8 +1,8 @@
 """The two rings: coarse radius from the edges, crossings with pixel rows and columns, robust harmonics.
 
-Angles of the rings are counted clockwise from x, because y points down; a ring is divided into 32 sectors of
-11.25 degrees, sector 0 beginning at x. Darkness is measured in units of tables.LOG_GREY_Q8 (256 per octave of
-grey + 16), so that it does not depend on the light.
+Angles of the rings are counted clockwise from x, because y points down; a ring is divided into 16 sectors of
+22.5 degrees, sector 0 beginning at x, and into 32 half sectors. Darkness is measured in units of
+tables.LOG_GREY_Q8 (256 per octave of grey + 16), so that it does not depend on the light.
 """
 
 try:
@@ -247,7 +247,7 @@ def ring_crossings(
                             area += value
                         moment += area
                         i -= 1
-                    base = sector << 2
+                    base = (sector >> 1) << 2
                     position = (area * along_q10) >> 10
                     sectors[base] = int(sectors[base]) + 1
                     sectors[base + 1] = int(sectors[base + 1]) + position
@@ -280,24 +280,24 @@ def ring_harmonics(
     slot: int, i: int, residual: int, sectors: ptr32, means: ptr32, units: ptr8, rounds: int, floor: int,
     result: ptr32
 ) -> int:
-    """Harmonics 0..2 of the residual over the 32 sectors, with outliers left out; the sectors are cleared.
+    """Harmonics 0..2 of the residual over the 16 sectors, with outliers left out; the sectors are cleared.
 
     Sectors without crossings, and those farther than `floor` (1/1024 px) and four times the mean deviation
     from the harmonics, are left out; repeated projection (`rounds` times, 1..8) makes up for the gaps.
-    sectors: as in `ring_crossings`, up to 255 crossings each; means: 64 items of scratch space (second half:
-    mean area of each sector + 1, or 0 where there was none); units: tables.HARMONICS_8.
+    sectors: as in `ring_crossings`, up to 255 crossings each; means: 32 items of scratch space (second half:
+    mean area of each sector + 1, or 0 where there was none); units: tables.HARMONICS_4.
     result: constant, cos, sin, cos 2, sin 2 (1/1024 px), mean deviation (1/1024 px), sectors used, sectors
     with crossings, mean area of the used ones. Returns the number of sectors used."""
     inside = 0
     i = 0
     slot = 0
-    while i < 32:
+    while i < 16:
         means[i] = 0
-        means[i + 32] = 0
+        means[i + 16] = 0
         residual = int(sectors[slot])
         if residual > 0:
             inside += 1
-            means[i + 32] = int(sectors[slot + 1]) // residual + 1
+            means[i + 16] = int(sectors[slot + 1]) // residual + 1
             if int(sectors[slot + 2]) * 2 >= residual:
                 means[i] = int(sectors[slot + 3]) // int(sectors[slot + 2])
             sectors[slot] = 0
@@ -323,7 +323,7 @@ def ring_harmonics(
         sa2 = 0
         sb2 = 0
         unit = 0
-        while unit < 32:
+        while unit < 16:
             # four sectors a quarter turn apart share their harmonics but for signs: from the last to the
             # first
             ca1 = int(units[unit]) - 128
@@ -336,7 +336,7 @@ def ring_harmonics(
             fold_a = 0
             fold_b = 0
             fold_2 = 0
-            i = 24 + (unit >> 2)
+            i = 12 + (unit >> 2)
             while i >= 0:
                 residual = int(means[i])
                 if residual > 0:
@@ -358,7 +358,7 @@ def ring_harmonics(
                 model1 = next1
                 next1 = 0 - slot
                 model2 = 0 - model2
-                i -= 8
+                i -= 4
             sa1 += fold_a * ca1 - fold_b * cb1
             sb1 += fold_a * cb1 + fold_b * ca1
             sa2 += fold_2 * ca2
@@ -379,9 +379,9 @@ def ring_harmonics(
     area = 0
     counted = 0
     i = 0
-    while i < 32:
+    while i < 16:
         if int(means[i]) > 0:
-            area += int(means[i + 32])
+            area += int(means[i + 16])
             counted += 1
         i += 1
     if counted < 1:
@@ -400,13 +400,43 @@ def ring_harmonics(
 
 @micropython.viper
 def weak_sectors(means: ptr32, i: int, weak: int, first: int, count: int, least: int) -> int:
-    """How many of `count` sectors from `first` (any integer >= 0, modulo 32) have a mean area below `least`.
+    """How many of `count` sectors from `first` (any integer >= 0, modulo 16) have a mean area below `least`.
 
-    means: 64 items as `ring_harmonics` leaves them; a sector outside the frame counts as weak."""
+    means: 32 items as `ring_harmonics` leaves them; a sector outside the frame counts as weak."""
     weak = 0
     i = first
     while i < first + count:
-        if int(means[32 + (i & 31)]) <= least:
+        if int(means[16 + (i & 15)]) <= least:
             weak += 1
         i += 1
     return weak
+
+
+@micropython.viper
+def skip_half_sectors(skip: ptr8, i: int, bits: int, angle: int, reach: int, outer: int, inner: int) -> int:
+    """Marks the half sectors within `reach` of the orientation line (`outer`) and of coding lines (`inner`).
+
+    angle: clockwise, 0..65535 of a turn, reach likewise, 0..8192; bits: 1, 2, 4, 8 for lines at 0, 90, 180,
+    270 degrees counterclockwise as seen, 1 being the orientation line; skip: 32 items, cleared first.
+    Returns outer sectors marked + 64 * inner sectors marked."""
+    i = 0
+    while i < 32:
+        skip[i] = 0
+        i += 1
+    marked = 0
+    line = 0
+    while line < 4:
+        if bits & (1 << line):
+            i = (angle + 65536 - reach) >> 11
+            last = (angle + 65536 + reach) >> 11
+            while i <= last:
+                if line:
+                    skip[i & 31] = int(skip[i & 31]) | inner
+                    marked += 64
+                else:
+                    skip[i & 31] = int(skip[i & 31]) | outer
+                    marked += 1
+                i += 1
+        angle = (angle + 49152) & 65535
+        line += 1
+    return marked
