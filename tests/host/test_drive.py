@@ -9,7 +9,7 @@ import pytest
 
 from larics import messages as m
 from larics.settings import Settings
-from larics_host import cli
+from larics_host import cli, mounting
 from larics_host.drive import command, field, score
 from larics_host.drive.firmware import Firmware
 from larics_host.drive.simulation import Frame, Record, Sight, judge
@@ -90,9 +90,10 @@ def test_names_of_the_command_are_those_of_the_field():
 def test_the_renderers_lean_in_the_angles_of_the_settings():
     for tilt, towards, mounting in ((0, 0, 30), (1, 77, 0), (12, 200, 140), (20, 315, -60)):
         camera = Camera(tilt_deg=tilt, tilt_direction_deg=towards, mounting_deg=mounting)
-        mount, forward, left = field.mounting_angles(camera)
+        mount, forward, left = mounting.angles(camera.rotation)
         ours = rotation("y", forward) @ rotation("x", -left) @ rotation("z", mount) @ DEFAULT_MOUNTING
         assert np.allclose(ours, camera.rotation, atol=1e-9)
+        assert np.allclose(mounting.rotation(mount, forward, left), camera.rotation, atol=1e-9)
 
 
 # ------------------------------------------------------------------ firmware

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from larics.marker import Family
+from larics_host import mounting
 from larics_host.render import clutter
 from larics_host.render.camera import Camera, Pose
 from larics_host.render.furnish import furnish
@@ -214,7 +215,7 @@ def draw_field(name, seed):
 def camera_settings(camera, markers, condition):
     """The settings of the firmware for this camera and field."""
     off = 1.0 if condition.miscalibrated else 0.0
-    mount_deg, forward_deg, left_deg = mounting_angles(camera)
+    mount_deg, forward_deg, left_deg = mounting.angles(camera.rotation)
     radius_px = camera.focal_px * 150.0 / CEILING_MM
     return {
         "focal_q8": round(camera.focal_px * (1 + 0.002 * off) * 256),
@@ -237,17 +238,3 @@ def camera_settings(camera, markers, condition):
             for marker_id, (x, y, heading) in markers.items()
         ],
     }
-
-
-def mounting_angles(camera):
-    """(mount, tilt forward, tilt left) in degrees of larics.camera for the renderer's lean and mounting."""
-    axis = camera.rotation[:, 2]
-    left = math.asin(axis[1])
-    forward = math.atan2(axis[0], axis[2])
-    cos_f, sin_f, cos_l, sin_l = math.cos(forward), math.sin(forward), math.cos(left), math.sin(left)
-    about_y = np.array([[cos_f, 0, sin_f], [0, 1, 0], [-sin_f, 0, cos_f]])
-    about_x = np.array([[1, 0, 0], [0, cos_l, sin_l], [0, -sin_l, cos_l]])
-    level = (about_y @ about_x).T @ camera.rotation
-    # what is left is a turn about z of the axes of a level camera: image right is the vehicle's left
-    mount = math.atan2(-level[0, 0], level[1, 0])
-    return math.degrees(mount), math.degrees(forward), math.degrees(left)
