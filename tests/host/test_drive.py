@@ -88,8 +88,8 @@ def test_names_of_the_command_are_those_of_the_field():
 
 
 def test_the_renderers_lean_in_the_angles_of_the_settings():
-    for tilt, towards, mounting in ((0, 0, 30), (1, 77, 0), (12, 200, 140), (20, 315, -60)):
-        camera = Camera(tilt_deg=tilt, tilt_direction_deg=towards, mounting_deg=mounting)
+    for tilt, towards, turned in ((0, 0, 30), (1, 77, 0), (12, 200, 140), (20, 315, -60)):
+        camera = Camera(tilt_deg=tilt, tilt_direction_deg=towards, mounting_deg=turned)
         mount, forward, left = mounting.angles(camera.rotation)
         ours = rotation("y", forward) @ rotation("x", -left) @ rotation("z", mount) @ DEFAULT_MOUNTING
         assert np.allclose(ours, camera.rotation, atol=1e-9)
