@@ -28,7 +28,7 @@ _DEVIATION = const(6)
 _HYPOTHESES = const(3)
 _SAMPLES = const(3)  # in each direction of the annulus
 _CODE_OPENING = const(104)  # half the angle between two positions, as a slope / 256
-_CODE_RADII = const(6)
+_CODE_RADII = const(4)
 _WINDOW_CAP_Q8 = const(3584)
 
 
@@ -99,7 +99,7 @@ class LineReader:
         )
         best_turn16 = 0
         for index in range(found):
-            self._measure(frame, rings, x_q8, y_q8, picks[2 * index] * stride * 256)
+            self._measure(frame, rings, x_q8, y_q8, picks[2 * index] * stride * 256, 2)
             if self._passes():
                 self.rivals += 1
                 if self.rivals == 1:
@@ -110,7 +110,7 @@ class LineReader:
                     else:
                         self.second_q8 = 0
         if self.rivals == 1 and best_turn16 != self.angle_turn16:
-            self._measure(frame, rings, x_q8, y_q8, best_turn16)
+            self._measure(frame, rings, x_q8, y_q8, best_turn16, 1)
         return self.rivals
 
     def _passes(self):
@@ -120,10 +120,10 @@ class LineReader:
     def refine(self, frame, rings):
         """Measures the orientation line once more, from its last angle and the present centre."""
         self._measure(
-            frame, rings, (rings.true_x_q10 + 2) >> 2, (rings.true_y_q10 + 2) >> 2, self.angle_turn16
+            frame, rings, (rings.true_x_q10 + 2) >> 2, (rings.true_y_q10 + 2) >> 2, self.angle_turn16, 1
         )
 
-    def _measure(self, frame, rings, x_q8, y_q8, angle_turn16):
+    def _measure(self, frame, rings, x_q8, y_q8, angle_turn16, rounds):
         radius_q8 = rings.radius_q8
         window_q8 = radius_q8 * self._gap_q10 >> 10
         if window_q8 < 300:
@@ -136,7 +136,7 @@ class LineReader:
         first_q8 = radius_q8 * self._line_first_q10 >> 10
         last_q8 = radius_q8 * self._line_last_q10 >> 10
         result = self._result
-        for _ in range(2):
+        for _ in range(rounds):
             inside = kernels.line_crossings(
                 0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, x_q8, y_q8, angle_turn16,
                 first_q8, last_q8, window_q8, line_q8 >> 1, (area << 5) // line_q8, area * 3 >> 3, result,

