@@ -318,7 +318,7 @@ class Detector:
             return verdict
         lines.read_code(frame, rings)
         rings.skip_lines(lines)
-        if not rings.refine(frame, 24, 5, 48):
+        if not rings.refine(frame, 16, 4, 48):
             return verdicts.NO_FIT
         verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         if verdict != verdicts.ACCEPTED:
