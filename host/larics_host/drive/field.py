@@ -30,6 +30,7 @@ PUBLISHED_RATE_HZ = 2.8
 ASSUMED = (
     "the three markers hang at the corners of a triangle with equal sides of 2 m; each orientation line "
     "points to the next marker, and the route is 3-4-7-3",
+    "tables 1, 2 and 3 are cloudy, sunny and double speed; double speed is 40 cm/s in sunny light",
     "30 degrees is the horizontal view; square pixels; a ring of 15 cm then has a radius of 33.6 px",
     "the camera leans by 1 degree, sits 60 mm before the rotation centre and has 2 % of lens distortion in "
     "the corner, all of it calibrated",
