@@ -26,6 +26,7 @@ from tools import method_figures
 from tools.reproduce_report import write_report
 
 SEED = 5000
+_DRIVERS = {"larics": "ours", "paper": "the published method"}
 # (condition, method at the wheel, methods that look at the same frames)
 DRIVES = (
     ("cloudy", "larics", ("larics", "paper")),
@@ -55,7 +56,7 @@ def drive(name, driver, compare, args, folder):
     record = Simulation(field, SEED, args.on, driver, compare, keep).run(_progress(name, driver))
     summary = field.condition.summary
     stem = folder / ("%s-%s" % (name, driver))
-    plot = figures.path_figure(record, "%s; %s at the wheel" % (summary, driver))
+    plot = figures.path_figure(record, "%s; %s at the wheel" % (summary, _DRIVERS[driver]))
     stem.with_suffix(".png").write_bytes(png(plot))
     if record.pictures:
         cv2.imwrite(str(folder / ("strip-%s.png" % name)), figures.strip(record))

@@ -15,7 +15,7 @@ _WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.LOST: "lost"}
 
 def path_figure(record, title):
     """The driven path over the map, coloured by the state of the reported pose; a matplotlib Figure."""
-    plot = new_figure(7.2, 6.4)
+    plot = new_figure(8.4, 6.2)
     axes = plot.add_subplot()
     frames = record.frames
     x = np.array([frame.x_mm for frame in frames]) / 1000
@@ -42,7 +42,7 @@ def path_figure(record, title):
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
     axes.set_title(title)
-    axes.legend(loc="upper right", fontsize=8, markerscale=3)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), fontsize=8, markerscale=3)
     return plot
 
 
