@@ -21,7 +21,6 @@ from larics.fixed import (
     atan2_turn16,
     cdeg_from_turn16,
     cos_q14,
-    isqrt,
     sin_q14,
     turn16_from_cdeg,
     wrap_cdeg,
@@ -37,6 +36,7 @@ from larics.messages import (
     SIGMA_UNKNOWN,
     TRACKING,
 )
+from larics.residuals import Residuals
 
 MAX_MARKERS = const(8)  # used of one frame
 _AGREE_LOST = const(2)  # frames (or markers) that must agree on a place when there was none, or it is far
@@ -54,7 +54,6 @@ _FLOOR_MM10 = const(3)
 _FLOOR_CDEG = const(2)
 _START_MM10 = const(20)  # sigma before there are residuals
 _START_CDEG = const(15)
-_MEMORY = const(16)  # frames over which residuals are averaged
 _MAX_SPEED_MM10_S = const(100000)
 _MAX_TURN_CDEG_S = const(72000)
 _SMOOTH_H = const(1000)  # time constant of the speed estimate, in the unit of 100 us ("_h")
@@ -88,37 +87,6 @@ def direction_cdeg(x, y):
     return cdeg_from_turn16(atan2_turn16(y, x))
 
 
-class Residuals:
-    """The noise of one coordinate, from how far its values stray from going on as before: what cannot be
-    told from noise, such as hard acceleration, makes it larger, not smaller."""
-
-    def __init__(self, start):
-        self.start = start
-        self.reset()
-
-    def reset(self):
-        self.square = self.start * self.start
-        self.weight = 1
-
-    def add(self, before, last, now, before_h, last_h):
-        """Three values as differences to any near origin; the times between them, 100 us."""
-        q8 = (last_h << 8) // before_h
-        if q8 > 1024:  # the line through the first two says nothing that far on
-            return
-        residual = now - last - ((last - before) * q8 >> 8)
-        residual = max(-4000, min(4000, residual))
-        spread_q8 = 512 + 2 * q8 + (q8 * q8 >> 7)  # 1 + (1 + q)**2 + q**2
-        square = (residual * residual << 6) // (spread_q8 >> 2)
-        if self.weight < _MEMORY:
-            self.weight += 1
-        else:
-            self.square -= self.square // _MEMORY
-        self.square += square
-
-    def sigma(self, floor):
-        return max(floor, isqrt(self.square // self.weight))
-
-
 class Localizer:
     """Pose of the vehicle in a MarkerMap.
 
@@ -148,7 +116,8 @@ class Localizer:
         self.rejects = self.moves = 0
         self._fix_us = 0  # time of the last measurement, and what it said
         self._forward = self._left = self._turn = 0  # vehicle frame, 0.1 mm/s and 0.01 degrees/s
-        self._history = array("i", [0] * 8)  # x, y, heading, 100 us to the next: of the last two
+        self._history = array("i", [0] * 7)  # the measurement before the last: x, y, heading, 100 us to the
+        # next; the last: x, y, heading
         self._known = 0
         self._noise = (Residuals(_START_MM10), Residuals(_START_MM10), Residuals(_START_CDEG))
         self._guess = array("i", [0] * 3)  # prediction for this frame
@@ -174,6 +143,8 @@ class Localizer:
         if self.age_us == COUNT_MAX or passed_us > COUNT_MAX >> 1:
             passed_us = COUNT_MAX
         self.age_us = passed_us
+        if (time_us - self._there_us) & COUNT_MAX > self.coast_us:
+            self._agreed = 0
         if self.state == TRACKING:
             self.state = COASTING
         if self.state == COASTING and passed_us > self.coast_us:
@@ -297,10 +268,7 @@ class Localizer:
         """A place without or against a prediction: counts until enough frames agree; then how many used."""
         lost = self.state == LOST
         there, seen = self._there, self._seen
-        passed_us = (time_us - self._there_us) & COUNT_MAX
-        time_h = passed_us // 100
-        if passed_us > self.coast_us:
-            self._agreed = 0
+        time_h = ((time_us - self._there_us) & COUNT_MAX) // 100
         found = 0
         for k in range(count):
             measurement = measurements[k]
