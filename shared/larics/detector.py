@@ -26,6 +26,7 @@ RADIUS_LEAST_PX = const(6)
 RADIUS_MOST_PX = const(72)
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
+_SETTLED_Q10 = const(160)  # a last pass that moves the rings by more is repeated
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
@@ -251,6 +252,8 @@ class Detector:
             scale.edges.measure_threshold(frame)
             edges = scale.edges.find(frame, 0, self.width, 0, self.height)
             centres = scale.votes.find(self._edges, edges, self.width, 0, self.width, 0, self.height)
+            self._count_edges(scale, edges)
+            self.counts.votes += scale.votes.votes
             self._examine_all(frame, scale, edges, centres, 0)
 
     def _search_window(self, frame, x_q8, y_q8, radius_q8):
@@ -266,27 +269,39 @@ class Detector:
         if left >= right or top >= bottom:
             return
         reach = (radius_q8 + (radius_q8 >> 3) >> 8) + 4
-        scale.edges.measure_threshold(frame)
+        if not scale.edges.threshold:
+            scale.edges.measure_threshold(frame)
         edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
-        centres = scale.votes.find(self._edges, edges, self.width, left, right, top, bottom)
-        self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
+        self._count_edges(scale, edges)
+        if not self._candidate(frame, scale, edges, x_q8, y_q8, FLAG_TRACKED):
+            # the prediction was not good enough for a start: vote in the window
+            centres = scale.votes.find(self._edges, edges, self.width, left, right, top, bottom)
+            self.counts.votes += scale.votes.votes
+            self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
 
-    def _examine_all(self, frame, scale, edges, centres, flags):
-        """Examines the candidate centres of one scale, best first, and reports the markers among them."""
+    def _count_edges(self, scale, edges):
         counts = self.counts
         counts.steep += scale.edges.steep
         counts.edges += edges
-        counts.votes += scale.votes.votes
+
+    def _examine_all(self, frame, scale, edges, centres, flags):
+        """Examines the candidate centres of one scale, best first, and reports the markers among them."""
         for index in range(centres):
             x_q8 = self._centres[3 * index + 1] - 32768
             y_q8 = self._centres[3 * index + 2] - 32768
-            if self._count == MARKERS or self._taken(x_q8, y_q8):
-                continue
-            counts.candidates += 1
-            verdict = self._examine(frame, scale, edges, x_q8, y_q8)
-            counts.verdicts[verdict] += 1
-            if verdict <= verdicts.ID_UNCERTAIN:
-                self._report(verdict, flags)
+            if self._count < MARKERS and not self._taken(x_q8, y_q8):
+                self._candidate(frame, scale, edges, x_q8, y_q8, flags)
+
+    def _candidate(self, frame, scale, edges, x_q8, y_q8, flags):
+        """Examines one candidate centre and reports it when it is a marker; returns whether it is."""
+        counts = self.counts
+        counts.candidates += 1
+        verdict = self._examine(frame, scale, edges, x_q8, y_q8)
+        counts.verdicts[verdict] += 1
+        if verdict > verdicts.ID_UNCERTAIN:
+            return False
+        self._report(verdict, flags)
+        return True
 
     def _taken(self, x_q8, y_q8):
         """Whether a marker found already covers this place."""
@@ -305,7 +320,7 @@ class Detector:
             self._edges, edges, x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, scale.edges.half_line_q8
         ):
             return verdicts.NO_RADIUS
-        if not rings.refine(frame, 8, 3, 192):
+        if not rings.refine(frame, 6, 3, 192):
             return verdicts.NO_FIT
         if rings.radius_q8 < _SMALL_Q8 and not rings.refine(frame, 12, 3, 160):
             return verdicts.NO_FIT
@@ -319,6 +334,8 @@ class Detector:
         lines.read_code(frame, rings)
         rings.skip_lines(lines)
         if not rings.refine(frame, 16, 4, 48):
+            return verdicts.NO_FIT
+        if rings.moved_q10 > _SETTLED_Q10 and not rings.refine(frame, 16, 4, 48):
             return verdicts.NO_FIT
         verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         if verdict != verdicts.ACCEPTED:

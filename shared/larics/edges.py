@@ -45,7 +45,7 @@ class EdgeFinder:
         self.reach = reach
         self.edges = edges
         self.half_line_q8 = line_q8 // 2
-        self.threshold = _THRESHOLD_FLOOR
+        self.threshold = 0  # not measured yet
         self.steep = 0
         self._capacity = len(edges) - 1
         self._histogram = histogram

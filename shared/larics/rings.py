@@ -32,7 +32,6 @@ _WINDOW_CAP_Q8 = const(3584)
 _SECTOR_FLOOR_Q10 = const(96)  # a sector this close to the harmonics is never an outlier
 _PRIOR_Q10 = const(32)  # expected distance of the ring centres at a radius of 30 px
 _LINE_AREAS = const(170)  # both halves of a position that count as a line, 256 = as the rings'
-_NEARBY = (-2, -1, 1, 2)  # sectors beside a line that it does not disturb
 _LINE_REACH_TURN16 = const(1640)  # 9 degrees
 _APART_Q10 = const(3000)  # the rings' centres differ by less, or they are not one marker's
 
@@ -67,7 +66,7 @@ class RingFit:
         # difference
         square = inner_q10 * inner_q10
         self._beyond_q8 = ((1 << 20) + square) * 128 // ((1 << 20) - square)
-        self.skipped_outer = self.skipped_inner = 0
+        self.skipped_outer = self.skipped_inner = self.moved_q10 = 0
         self._window_q8 = self._clip = self._least = self._limit_q10 = 0
         self.x_q8 = self.y_q8 = self.x_q10 = self.y_q10 = self.true_x_q10 = self.true_y_q10 = 0
         self.radius_q8 = self.inner_q8 = self.bulge_cos = self.bulge_sin = 0
@@ -168,6 +167,7 @@ class RingFit:
         self.area = (self.outer_area + self.inner_area) >> 1
         self.x_q10 = (x_q8 << 2) + ((outer_x + result[1]) >> 1)
         self.y_q10 = (y_q8 << 2) + ((outer_y + result[2]) >> 1)
+        self.moved_q10 = max(abs(outer_x + result[1]), abs(outer_y + result[2]), abs(outer_r << 1)) >> 1
         self.radius_q8 = radius_q8 + ((outer_r + 2) >> 2)
         self.inner_q8 = inner_q8 + ((result[0] + 2) >> 2)
         self.bulge_cos += (bulge_cos + (result[3] << 10) // ratio) >> 1
@@ -190,18 +190,9 @@ class RingFit:
     def outer_area_near(self, angle_turn16):
         """The outer ring's area on both sides of a clockwise angle: what a line there must show in this
         light."""
-        means = self.outer_means
-        sector = (angle_turn16 >> 12) + SECTORS
-        total = count = 0
-        for away in _NEARBY:
-            mean = means[SECTORS + (sector + away) % SECTORS]
-            if mean:
-                total += mean
-                count += 1
+        beside = kernels.mean_area(self.outer_means, 0, 0, (angle_turn16 >> 12) + 14, 5)
         area = self.area
-        if count:
-            area = min(area, max(total // count, area >> 1))
-        return area
+        return min(area, max(beside, area >> 1)) if beside else area
 
     def _correct_perspective(self, dx_q10, dy_q10):
         """The projected centre from the distance of the rings' centres, weighted by how sure it is.

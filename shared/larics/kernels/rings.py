@@ -440,3 +440,22 @@ def skip_half_sectors(skip: ptr8, i: int, bits: int, angle: int, reach: int, out
         angle = (angle + 49152) & 65535
         line += 1
     return marked
+
+
+@micropython.viper
+def mean_area(means: ptr32, i: int, total: int, first: int, count: int) -> int:
+    """Mean area of `count` sectors from `first` (any integer >= 0, modulo 16), the middle one left out.
+
+    means: 32 items as `ring_harmonics` leaves them; sectors without crossings do not count; 0 without any."""
+    total = 0
+    seen = 0
+    i = 0
+    while i < count:
+        area = int(means[16 + ((first + i) & 15)])
+        if area > 0 and i != count >> 1:
+            total += area
+            seen += 1
+        i += 1
+    if seen > 0:
+        total = total // seen
+    return total
