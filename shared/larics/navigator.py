@@ -8,7 +8,8 @@ except ImportError:
 from larics.detection import FLAG_UNCONFIRMED
 from larics.markermap import MarkerMap
 from larics.messages import DIRECTION_NONE, FAULT_ROUTE, LOST, ROUTE_NONE
-from larics.pose import Localizer, direction_cdeg
+from larics.motion import direction_cdeg
+from larics.pose import Localizer
 from larics.route import AMBIGUOUS, SAME, Route
 
 _NEARER = const(2)  # another marker in view counts as reached when it is so many times nearer

@@ -17,14 +17,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.fixed import (
-    atan2_turn16,
-    cdeg_from_turn16,
-    cos_q14,
-    sin_q14,
-    turn16_from_cdeg,
-    wrap_cdeg,
-)
+from larics.fixed import cos_q14, sin_q14, turn16_from_cdeg, wrap_cdeg
 from larics.messages import (
     COASTING,
     COUNT_MAX,
@@ -36,6 +29,7 @@ from larics.messages import (
     SIGMA_UNKNOWN,
     TRACKING,
 )
+from larics.motion import Motion, direction_cdeg, grown, times_q14
 from larics.residuals import Residuals
 
 MAX_MARKERS = const(8)  # used of one frame
@@ -49,42 +43,10 @@ _ACCELERATION_MM10_S2 = const(50000)
 _TURN_ACCELERATION_CDEG_S2 = const(72000)
 _COAST_ACCELERATION_MM10_S2 = const(3000)  # typical, not possible: for sigma while coasting
 _COAST_TURN_CDEG_S2 = const(6000)
-_TURN_MS = const(500)  # a turn is carried on for so long
 _FLOOR_MM10 = const(3)
 _FLOOR_CDEG = const(2)
 _START_MM10 = const(20)  # sigma before there are residuals
 _START_CDEG = const(15)
-_MAX_SPEED_MM10_S = const(100000)
-_MAX_TURN_CDEG_S = const(72000)
-_SMOOTH_H = const(1000)  # time constant of the speed estimate, in the unit of 100 us ("_h")
-
-
-def _times_q14(value, factor_q14):
-    """value * factor / 2**14, rounded; |value| < 2**21, |factor| <= 2**14."""
-    return ((value >> 6) * factor_q14 + ((value & 63) * factor_q14 >> 6) + 128) >> 8
-
-
-def _rate(difference, time_h, limit):
-    """Change per second of a difference over a time in 100 us, clamped."""
-    if abs(difference) > 100000:
-        return limit if difference > 0 else -limit
-    return max(-limit, min(limit, difference * 10000 // time_h))
-
-
-def _grown(acceleration, time_h, limit):
-    """Half the acceleration times the time squared, at most `limit`."""
-    if time_h > 30000:
-        return limit
-    time_ms = time_h // 10
-    return min(limit, (acceleration >> 4) * time_ms // 1000 * time_ms // 125)
-
-
-def direction_cdeg(x, y):
-    """Direction of a vector, 0..35999, of components within +-2**29; 0 for the null vector."""
-    while abs(x) >= 1 << 21 or abs(y) >= 1 << 21:
-        x >>= 1
-        y >>= 1
-    return cdeg_from_turn16(atan2_turn16(y, x))
 
 
 class Localizer:
@@ -115,7 +77,7 @@ class Localizer:
         self.fault = 0
         self.rejects = self.moves = 0
         self._fix_us = 0  # time of the last measurement, and what it said
-        self._forward = self._left = self._turn = 0  # vehicle frame, 0.1 mm/s and 0.01 degrees/s
+        self._motion = Motion()
         self._history = array("i", [0] * 7)  # the measurement before the last: x, y, heading, 100 us to the
         # next; the last: x, y, heading
         self._known = 0
@@ -169,23 +131,11 @@ class Localizer:
         return (direction_cdeg(x_mm10 - self.x_mm10, y_mm10 - self.y_mm10) - self.heading_cdeg) % 36000
 
     def _predict(self, time_h):
-        """The last measurement carried on along an arc, then straight on: vehicles do not turn for long."""
-        time_ms = min(time_h // 10, 3000)
-        turn_ms = min(time_ms, _TURN_MS)
+        """The last measurement carried on."""
         guess, history = self._guess, self._history
         guess[0], guess[1] = history[4], history[5]
-        turned = self._turn * turn_ms // 1000
-        guess[2] = history[6] + turned
-        self._carry(guess, history[6] + turned // 2, turn_ms)
-        if time_ms > turn_ms:
-            self._carry(guess, guess[2], time_ms - turn_ms)
-
-    def _carry(self, guess, heading_cdeg, time_ms):
-        turn16 = turn16_from_cdeg(heading_cdeg)
-        sin, cos = sin_q14(turn16), cos_q14(turn16)
-        ahead, aside = self._forward * time_ms // 1000, self._left * time_ms // 1000
-        guess[0] += _times_q14(ahead, cos) - _times_q14(aside, sin)
-        guess[1] += _times_q14(ahead, sin) + _times_q14(aside, cos)
+        guess[2] = history[6]
+        self._motion.carry(guess, time_h)
 
     def _usable(self, measurement, tell):
         """The first entry of a measurement that could be what it says; -1 otherwise, with a fault if told."""
@@ -215,8 +165,8 @@ class Localizer:
         turn16 = turn16_from_cdeg(heading)
         sin, cos = sin_q14(turn16), cos_q14(turn16)
         x, y = measurement.offset_x_mm10, measurement.offset_y_mm10
-        seen[at] = marker_map.x_mm10[entry] - _times_q14(x, cos) + _times_q14(y, sin)
-        seen[at + 1] = marker_map.y_mm10[entry] - _times_q14(x, sin) - _times_q14(y, cos)
+        seen[at] = marker_map.x_mm10[entry] - times_q14(x, cos) + times_q14(y, sin)
+        seen[at + 1] = marker_map.y_mm10[entry] - times_q14(x, sin) - times_q14(y, cos)
         seen[at + 2] = heading
         seen[at + 3] = entry
 
@@ -225,14 +175,14 @@ class Localizer:
         speed was known up to speed_mm_s; `sure`: so near that it needs no second frame."""
         seen = self._seen
         lost = self.state == LOST
-        reach = _GATE_MM10 + _grown(_ACCELERATION_MM10_S2, time_h, 100000)
+        reach = _GATE_MM10 + grown(_ACCELERATION_MM10_S2, time_h, 100000)
         reach += speed_mm_s * min(time_h, 10000) // 1000 + (0 if lost else 6 * min(self.sigma_mm10, 1000))
         if sure:
             reach = min(reach, _SURE_MM10)
         if abs(seen[at] - pose[0]) > reach or abs(seen[at + 1] - pose[1]) > reach:
             return False
         reach = _GATE_CDEG + (0 if lost else 6 * min(self.sigma_cdeg, 500))
-        reach += _grown(_TURN_ACCELERATION_CDEG_S2, time_h, 18000)
+        reach += grown(_TURN_ACCELERATION_CDEG_S2, time_h, 18000)
         if sure:
             reach = min(reach, _SURE_CDEG)
         return abs(wrap_cdeg(seen[at + 2] - pose[2])) <= reach
@@ -303,7 +253,7 @@ class Localizer:
         if not expected:
             self.moves = (self.moves + 1) & COUNT_MAX
         self._known = 0
-        self._forward = self._left = self._turn = 0
+        self._motion.stop()
         if moving:  # the frame before agreed, so it tells the speed
             history = self._history
             history[4], history[5] = before_x, before_y
@@ -349,12 +299,13 @@ class Localizer:
                 middle = turn16_from_cdeg(wrap_cdeg(heading - history[2]) // 2)
                 sin, cos = sin_q14(middle), cos_q14(middle)
                 dx, dy = history[4] - history[0], history[5] - history[1]
-                before_x = _times_q14(dy, sin) - _times_q14(dx, cos)
-                before_y = 0 - _times_q14(dx, sin) - _times_q14(dy, cos)
+                before_x = times_q14(dy, sin) - times_q14(dx, cos)
+                before_y = 0 - times_q14(dx, sin) - times_q14(dy, cos)
                 self._noise[0].add(before_x, 0, x - history[4], forward_h, last_h)
                 self._noise[1].add(before_y, 0, y - history[5], forward_h, last_h)
                 self._noise[2].add(wrap_cdeg(history[2] - history[6]), 0, turned, forward_h, last_h)
-            self._learn_speed(x - history[4], y - history[5], turned, last_h)
+            dx, dy = x - history[4], y - history[5]
+            self._motion.learn(dx, dy, history[6], turned, last_h, self._known < 2)
             history[0], history[1] = history[4], history[5]
             history[2], history[3] = history[6], last_h
             self._known = 2
@@ -371,28 +322,15 @@ class Localizer:
         self._agreed = 0
         self.state = TRACKING
 
-    def _learn_speed(self, dx, dy, turned, time_h):
-        middle = turn16_from_cdeg(self._history[6] + turned // 2)
-        sin, cos = sin_q14(middle), cos_q14(middle)
-        dx, dy = max(-100000, min(100000, dx)), max(-100000, min(100000, dy))
-        forward = _rate(_times_q14(dx, cos) + _times_q14(dy, sin), time_h, _MAX_SPEED_MM10_S)
-        left = _rate(_times_q14(dy, cos) - _times_q14(dx, sin), time_h, _MAX_SPEED_MM10_S)
-        turn = _rate(turned, time_h, _MAX_TURN_CDEG_S)
-        share_q8 = (time_h << 8) // (time_h + _SMOOTH_H) if self._known > 1 else 256
-        self._forward += (forward - self._forward) * share_q8 >> 8
-        self._left += (left - self._left) * share_q8 >> 8
-        self._turn += (turn - self._turn) * share_q8 >> 8
-
     def _coast(self, time_h):
         guess = self._guess
         self.x_mm10, self.y_mm10 = guess[0], guess[1]
         self.heading_cdeg = guess[2] % 36000
         noise = self._noise
         # whether a turn ended or went on is not known, so what it takes to turn counts as unknown, too
-        turning_mm10_s2 = (abs(self._forward) >> 4) * (abs(self._turn) >> 2) // 90
-        self.sigma_mm10 = max(noise[0].sigma(_FLOOR_MM10), noise[1].sigma(_FLOOR_MM10)) + _grown(
-            _COAST_ACCELERATION_MM10_S2 + min(turning_mm10_s2, 50000), time_h, 60000
+        self.sigma_mm10 = max(noise[0].sigma(_FLOOR_MM10), noise[1].sigma(_FLOOR_MM10)) + grown(
+            _COAST_ACCELERATION_MM10_S2 + self._motion.sideways_mm10_s2(), time_h, 60000
         )
         if self._known < 2:
             self.sigma_mm10 = min(60000, self.sigma_mm10 + self.speed_mm_s * min(time_h, 10000) // 1000)
-        self.sigma_cdeg = noise[2].sigma(_FLOOR_CDEG) + _grown(_COAST_TURN_CDEG_S2, time_h, 18000)
+        self.sigma_cdeg = noise[2].sigma(_FLOOR_CDEG) + grown(_COAST_TURN_CDEG_S2, time_h, 18000)

@@ -12,7 +12,8 @@ from larics.messages import (
     SIGMA_UNKNOWN,
     TRACKING,
 )
-from larics.pose import Localizer, direction_cdeg
+from larics.motion import direction_cdeg
+from larics.pose import Localizer
 
 try:
     from micropython import heap_lock, heap_unlock
