@@ -29,6 +29,7 @@ COMMANDS = (
     "replay",
     "record",
     "settings",
+    "calibrate",
     "simulate",
 )
 

@@ -1,0 +1,61 @@
+"""Markers seen in frames, as arrays for the fits."""
+
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+
+from larics_host import batch
+from larics_host.errors import UserError
+from larics_host.progress import watched
+
+_UNWANTED = {"border", "id_uncertain", "unconfirmed"}
+
+
+class Observations(NamedTuple):
+    """One entry a marker seen: `frame` is the index of its frame; x_px, y_px, radius_px, heading_deg (image
+    angle, counterclockwise) and marker_id are arrays of equal length."""
+
+    width: int
+    height: int
+    frames: int
+    frame: np.ndarray
+    marker_id: np.ndarray
+    x_px: np.ndarray
+    y_px: np.ndarray
+    radius_px: np.ndarray
+    heading_deg: np.ndarray
+
+    def of(self, marker_id):
+        """Only those of one marker."""
+        keep = self.marker_id == marker_id
+        return self._replace(**{name: getattr(self, name)[keep] for name in self._fields[3:]})
+
+    def commonest_id(self):
+        return Counter(self.marker_id.tolist()).most_common(1)[0][0]
+
+
+def observe(paths, options, jobs=None):
+    """What a detection with `options` sees in all frames behind `paths`; markers at the border and those
+    whose ID is uncertain are left out. UserError when there is none, one cannot be
+    read, or frames differ in size."""
+    rows = []
+    sizes = set()
+    frames = 0
+    for result in watched(
+        batch.detect_all(paths, options, jobs), batch.count_frames(paths)[0], quiet_stdout=True
+    ):
+        if result.found is None:
+            raise UserError(result.error)
+        sizes.add((result.width, result.height))
+        for one in result.found:
+            if not _UNWANTED & set(one["flags"]):
+                rows.append((frames, one["id"], one["x"], one["y"], one["radius"], one["heading"]))
+        frames += 1
+    name = ", ".join(map(str, paths))
+    if not rows:
+        raise UserError("no marker with a certain ID in %s (%d frames): try --radius-px" % (name, frames))
+    if len(sizes) > 1:
+        raise UserError("the frames of %s differ in size: a calibration is for one size" % name)
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return Observations(*sizes.pop(), frames, *columns)

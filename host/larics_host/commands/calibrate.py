@@ -1,0 +1,236 @@
+"""`larics calibrate`: focal length, tilt, lens, mounting angle and rotation centre from recorded frames."""
+
+from pathlib import Path
+
+from larics_host import camera_settings, detection_options
+from larics_host.errors import UserError
+
+NAME = "calibrate"
+HELP = "find focal length, lens, tilt, mounting angle and rotation centre from frames of markers"
+EXAMPLE = """
+larics calibrate --places places --turn turn --straight ahead --height-mm 2750 -o camera.json --plot fit.png
+larics calibrate --places places --height-mm 2750 --level          # focal length and mm per px alone
+larics calibrate --turn turn --facing-deg 0 --settings camera.json -o camera.json --force
+"""
+
+_HEIGHT_RANGE_MM = (100.0, 26000.0)
+_OUTER_RANGE_MM = (10.0, 400.0)
+
+
+def add_arguments(parser):
+    frames = parser.add_argument_group("frames, as of larics record")
+    frames.add_argument("--places", nargs="+", metavar="PATH", help="a marker in all parts of the picture")
+    frames.add_argument("--turn", nargs="+", metavar="PATH", help="one turn on the spot under a marker")
+    frames.add_argument(
+        "--straight", nargs="+", metavar="PATH", help="a straight drive forward under a marker, in order"
+    )
+    parser.add_argument(
+        "--facing-deg",
+        metavar="DEG",
+        type=float,
+        help="instead of --straight: where the vehicle pointed in the first frame of the turn, "
+        "counterclockwise from the direction of the marker's orientation line",
+    )
+    parser.add_argument(
+        "--height-mm", metavar="MM", type=float, help="markers above the lens, measured by hand"
+    )
+    parser.add_argument("--outer-mm", metavar="MM", type=float, help="radius of the outer ring (150)")
+    parser.add_argument("--level", action="store_true", help="keep tilt and lens: only the focal length")
+    parser.add_argument("--with-k2", action="store_true", help="fit the distortion's k2 too")
+    detection_options.add_arguments(parser)
+    detection_options.add_jobs(parser)
+    known = parser.add_argument_group("what is known, and where the result goes")
+    known.add_argument("--settings", metavar="FILE.json", help="settings to begin with")
+    camera_settings.add_port_arguments(known, required=False)
+    known.add_argument("-o", "--output", metavar="FILE.json", help="write all settings with the result here")
+    known.add_argument("--force", action="store_true", help="overwrite an existing file")
+    known.add_argument(
+        "--send", action="store_true", help="send the result to the camera at --port and save it"
+    )
+    known.add_argument(
+        "--plot", metavar="FILE.png", help="draw the residuals; with a second plot FILE-turn.png"
+    )
+
+
+def run(args):
+    try:
+        import scipy.optimize  # noqa: F401 (asked for before anybody waits for the detection)
+    except ImportError:
+        raise UserError("larics calibrate needs the Python package scipy: pip install scipy") from None
+    _check(args)
+    options = detection_options.from_args(args)
+    known = _known(args)
+    work = _Calibration(args, camera_settings.checked(known))
+    if args.places:
+        work.lens(options)
+    if args.turn:
+        work.turn(options)
+    values = {**known, **work.changes}
+    camera_settings.checked(values)
+    if args.output:
+        camera_settings.write_file(args.output, values)
+        print("settings written to %s" % args.output)
+    if args.send:
+        with camera_settings.connected(args.port, args.baud) as client:
+            sent = camera_settings.apply(client, camera_settings.read_all(client), work.changes)
+            client.save()
+        print("sent and saved: %s" % ", ".join(sent) if sent else "the camera has these values already")
+    return 0
+
+
+def _check(args):
+    if not args.places and not args.turn:
+        raise UserError("nothing to calibrate from: give --places or --turn")
+    for option, value, (low, high) in (
+        ("--height-mm", args.height_mm, _HEIGHT_RANGE_MM),
+        ("--outer-mm", args.outer_mm, _OUTER_RANGE_MM),
+        ("--facing-deg", args.facing_deg, (-360.0, 360.0)),
+    ):
+        if value is not None and not low <= value <= high:
+            raise UserError("%s is %g: give a number from %g to %g" % (option, value, low, high))
+    if (args.straight or args.facing_deg is not None) and not args.turn:
+        raise UserError("the mounting angle needs the rotation centre: give --turn too")
+    if args.straight and args.facing_deg is not None:
+        raise UserError("--straight and --facing-deg say the same: give one of them")
+    if args.send and not args.port:
+        raise UserError("--send needs the --port of the camera")
+    if args.settings and args.port and not args.send:
+        raise UserError("--settings and --port both say what is known: give one of them")
+    if args.output and Path(args.output).exists() and not args.force:
+        raise UserError("%s exists: choose another name, or --force to overwrite it" % args.output)
+
+
+def _known(args):
+    """{setting: value} to begin with; empty without --settings and --port."""
+    if args.settings:
+        return camera_settings.read_file(args.settings)
+    if args.port:
+        with camera_settings.connected(args.port, args.baud) as client:
+            return camera_settings.read_all(client)
+    return {}
+
+
+class _Calibration:
+    """The steps of one run; `changes` are the settings found so far, `model` the camera."""
+
+    def __init__(self, args, settings):
+        self.args = args
+        self.settings = settings
+        self.changes = {}
+        self.model = None
+        self.sigmas = {}  # of what was fitted to the sizes of rings
+        self.outer_mm = args.outer_mm or settings.outer_mm10 / 10
+        self.height_mm = args.height_mm
+        if not self.height_mm and settings.ceiling_mm10:
+            self.height_mm = (settings.ceiling_mm10 - settings.camera_z_mm10) / 10
+
+    def _observe(self, paths, options):
+        from larics_host.calibration.model import model_of
+        from larics_host.calibration.observe import observe
+
+        seen = observe(paths, options, self.args.jobs)
+        if self.model is None:
+            self.model = model_of(self.settings, seen.width, seen.height)
+        if (seen.width, seen.height) != (self.model.width, self.model.height):
+            raise UserError("the recordings differ in frame size: a calibration is for one size")
+        print("%s: %d frames, %d markers" % (", ".join(paths), seen.frames, len(seen.x_px)))
+        return seen
+
+    def _keep(self):
+        from larics_host.calibration.model import settings_of
+
+        self.changes.update(settings_of(self.model))
+        self.changes["outer_mm10"] = round(10 * self.outer_mm)
+        self.changes["ceiling_mm10"] = round(10 * self.height_mm) + self.settings.camera_z_mm10
+
+    def lens(self, options):
+        from larics_host.calibration import lens
+
+        seen = self._observe(self.args.places, options)
+        if not self.height_mm:
+            share = self.outer_mm / float(sorted(seen.radius_px)[len(seen.radius_px) // 2])
+            raise UserError(
+                "1 px is %.3f mm at the markers, but rings alone do not tell focal length from height: "
+                "measure how far the markers are above the lens and give --height-mm" % share
+            )
+        free = lens.SCALE if self.args.level else (*lens.LENS, "k2") if self.args.with_k2 else lens.LENS
+        found = lens.fit(seen, self.model, free, self.height_mm, self.outer_mm)
+        self.model = found.model
+        self._keep()
+        self.sigmas = found.sigmas
+        self._print_fitted(name for name in free if not (self.args.turn and "tilt" in name))
+        _print("at the markers, straight ahead", self.height_mm / found.model.focal_px, None, "mm per px")
+        _print("residual of the radii, rms", found.rms_px, None, "px")
+        self._plot("", lambda plots: plots.lens(seen, found))
+
+    def turn(self, options):
+        from larics_host.calibration import turn
+
+        seen = self._observe(self.args.turn, options)
+        seen = seen.of(seen.commonest_id())
+        if not self.args.places and not self.settings.focal_q8:
+            raise UserError("the turn needs the focal length: give --places too, or --settings that have it")
+        if not self.height_mm:
+            raise UserError("the turn needs the markers' height above the lens: give --height-mm")
+        found = turn.fit_turn(seen, self.model, self.height_mm)
+        mount = self._mount(turn, found, options)
+        centre = turn.rotated(found.centre_mm, mount.correction_deg)
+        self.model = self.model.turned(mount.correction_deg)
+        self._keep()
+        self.changes["camera_x_mm10"], self.changes["camera_y_mm10"] = (round(10 * float(v)) for v in centre)
+        # the lean towards the vehicle's sides is known only now
+        self._print_fitted(name for name in self.sigmas if "tilt" in name)
+        _print("mounting angle", self.model.mount_deg, mount.sigma_deg, "deg")
+        _print("lens ahead of the rotation centre", centre[0], found.sigma_mm, "mm")
+        _print("lens to the left of it", centre[1], found.sigma_mm, "mm")
+        _print("turned by", found.span_deg, None, "deg")
+        _print("residual of the places, rms", found.rms_mm, None, "mm")
+        self._plot("-turn" if self.args.places else "", lambda plots: plots.turn(found, mount))
+
+    def _print_fitted(self, names):
+        for name in names:
+            text, unit = _NAMES[name]
+            _print(text, getattr(self.model, name), self.sigmas[name], unit)
+
+    def _mount(self, turn, found, options):
+        if self.args.straight:
+            seen = self._observe(self.args.straight, options)
+            seen = seen.of(seen.commonest_id())
+            return turn.mount_by_drive(seen, self.model, self.height_mm, found.centre_mm)
+        if self.args.facing_deg is not None:
+            return turn.mount_by_facing(found, self.args.facing_deg)
+        if not self.args.settings and not self.args.port:
+            raise UserError(
+                "turning alone does not tell where forward is: give --straight, --facing-deg, or --settings "
+                "with the mounting angle"
+            )
+        print("the mounting angle is kept: turning alone does not tell it")
+        return turn.KEPT
+
+    def _plot(self, suffix, draw):
+        if not self.args.plot:
+            return
+        from larics_host.calibration import plots
+
+        path = Path(self.args.plot)
+        path = path.with_name(path.stem + suffix + (path.suffix or ".png"))
+        try:
+            path.write_bytes(draw(plots))
+        except OSError as error:
+            raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
+
+
+_NAMES = {
+    "focal_px": ("focal length", "px"),
+    "tilt_forward_deg": ("tilt, forward", "deg"),
+    "tilt_left_deg": ("tilt, to the left", "deg"),
+    "k1": ("lens distortion k1", ""),
+    "k2": ("lens distortion k2", ""),
+}
+
+
+def _print(text, value, sigma, unit):
+    shown = "%-36s %12.4f" % (text, value)
+    if sigma is not None:
+        shown += " +- %.4f" % sigma
+    print((shown + " " + unit).rstrip())
