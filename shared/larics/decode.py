@@ -97,12 +97,15 @@ class LineReader:
             self._profile, 0, 0, directions, 10 // stride, 14 // stride, 12 // stride, self._depths,
             _HYPOTHESES, picks
         )
-        best_turn16 = 0
+        best_turn16 = best_q8 = 0
         for index in range(found):
             self._measure(frame, rings, x_q8, y_q8, picks[2 * index] * stride * 256, 2)
-            if self._passes():
+            if self._passes() and self.line_q8 * 2 > best_q8:
+                if self.line_q8 > best_q8 * 2:
+                    self.rivals = 0
                 self.rivals += 1
                 if self.rivals == 1:
+                    best_q8 = self.line_q8
                     best_turn16 = self.angle_turn16
                     self.line_depth = picks[2 * index + 1] // _SAMPLES
                     if found > index + 1:

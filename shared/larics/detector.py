@@ -26,6 +26,7 @@ RADIUS_LEAST_PX = const(6)
 RADIUS_MOST_PX = const(72)
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
+_FAR_OFF_Q10 = const(512)  # a first pass that moves the rings by more is followed by another
 _SETTLED_Q10 = const(160)  # a last pass that moves the rings by more is repeated
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
@@ -322,7 +323,8 @@ class Detector:
             return verdicts.NO_RADIUS
         if not rings.refine(frame, 6, 3, 192):
             return verdicts.NO_FIT
-        if rings.radius_q8 < _SMALL_Q8 and not rings.refine(frame, 12, 3, 160):
+        far_off = rings.radius_q8 < _SMALL_Q8 or rings.moved_q10 > _FAR_OFF_Q10
+        if far_off and not rings.refine(frame, 12, 3, 160):
             return verdicts.NO_FIT
         verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         if verdict != verdicts.ACCEPTED:

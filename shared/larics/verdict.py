@@ -33,9 +33,10 @@ _EMPTY = (0, 5, 15, 25, 35)  # items of LineReader.code of the other positions
 _LINE_MOST = const(520)
 _POSE_MARGIN = const(48)  # a pose without an ID needs at least that margin
 _GUARD_MOST = const(70)  # areas, 256 = as the rings'
-_ONE_LEAST = const(150)
-_ZERO_MOST = const(66)
-_WEAK_Q8 = const(128)  # a 0 is believed when the ring beside it has this share of the rings' mean area
+_ONE_LEAST = const(125)
+_ZERO_MOST = const(85)
+_GLARE = const(90)  # log units: a position that much brighter than the mean may have lost its line
+_WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area
 
 
 class Judge:
@@ -120,6 +121,10 @@ class Judge:
                 guard = area
         if not self._rule(_GUARD_MOST - (guard >> 1), 50):
             return NOT_EMPTY
+        level = 0
+        for position in range(8):
+            level += code[5 * position + 4]
+        level >>= 3
         marker_id = 0
         certain = True
         for position in _BITS:
@@ -128,7 +133,8 @@ class Judge:
             if depth >= _ONE_LEAST:
                 marker_id |= 1
                 self._rule(depth - _ONE_LEAST, 80)
-            elif depth > _ZERO_MOST or self._erased(lines, rings, position):
+            elif depth > _ZERO_MOST or code[5 * position + 4] - level > _GLARE or self._erased(lines, rings,
+            position):
                 certain = False
             else:
                 self._rule(_ZERO_MOST - depth, 50)
