@@ -291,3 +291,10 @@ def test_tags_are_read_where_the_truth_says(target, dictionary):
     heading = math.degrees(math.atan2(left[1] - right[1], right[0] - left[0]))
     assert abs((heading - truth.heading_deg + 180) % 360 - 180) < 0.3
     assert np.linalg.norm(corners[0] - corners[1]) == pytest.approx(tag_side_mm(target) * 0.4, rel=0.02)
+
+
+def test_what_lies_beyond_the_fold_of_a_lens_is_not_seen():
+    camera = Camera(focal_px=672.0, k1=-0.166)
+    there = camera.project([[0.0, 0.0, 3000.0], [7400.0, 0.0, 3000.0], [500.0, 0.0, 3000.0]])
+    assert np.isnan(there).any(axis=1).tolist() == [False, True, False]
+    assert not np.isnan(Camera(focal_px=672.0, k1=0.1).project([[9000.0, 0.0, 3000.0]])).any()

@@ -66,7 +66,7 @@ def test_frames_are_replaced_only_when_asked(tmp_path, capsys):
     [
         (["--preset", "foggy"], "unknown preset foggy"),
         (["--target", "qr"], "unknown target qr"),
-        (["--drive", "loop"], "unknown drive loop"),
+        (["--drive", "zigzag"], "unknown drive zigzag"),
         (["--radius-px", "0"], "--radius-px is 0"),
         (["--radius-px", "nan"], "--radius-px is nan"),
         (["--width", "-360"], "--width is -360"),

@@ -69,6 +69,13 @@ def _lens_table(k1, k2, limit):
     return table
 
 
+@lru_cache(maxsize=16)
+def _fold_square(k1, k2):
+    """Squared undistorted radius from which the distorted one shrinks again; infinite if it never does."""
+    roots = np.roots([5 * k2, 3 * k1, 1.0])
+    return min((root.real for root in roots if abs(root.imag) < 1e-12 and root.real > 0), default=math.inf)
+
+
 @dataclass(frozen=True)
 class Camera:
     """A camera that looks up from the vehicle.
@@ -115,6 +122,7 @@ class Camera:
         limit = LENS_TABLE_MARGIN * (far_x**2 + far_y**2) / self.focal_px**2
         object.__setattr__(self, "lens_step", limit / (LENS_TABLE_SIZE - 1))
         object.__setattr__(self, "lens_table", _lens_table(self.k1, self.k2, limit))
+        object.__setattr__(self, "fold_square", _fold_square(self.k1, self.k2))
 
     def _rotation(self):
         """3x3 camera axes (image right, image down, out of the lens) -> vehicle frame."""
@@ -135,12 +143,14 @@ class Camera:
         return (y_px - self.middle_row) * self.row_us * 1e-6
 
     def project(self, points_vehicle):
-        """(N, 3) points in the vehicle frame, mm from the lens -> (N, 2) px; NaN behind the camera."""
+        """(N, 3) points in the vehicle frame, mm from the lens -> (N, 2) px; NaN out of its sight."""
         x, y, z = (np.asarray(points_vehicle, dtype=float) @ self.rotation).T
         with np.errstate(divide="ignore", invalid="ignore"):
             z = np.where(z > 0.02 * np.sqrt(x * x + y * y + z * z), z, np.nan)
             x, y = x / z, y / z
         square = x * x + y * y
+        # from its fold on the polynomial would lead far points back into the frame
+        square = np.where(square < self.fold_square, square, np.nan)
         bend = 1 + square * (self.k1 + square * self.k2)
         sign = -1.0 if self.mirrored else 1.0
         return np.stack(
