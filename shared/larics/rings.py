@@ -28,6 +28,7 @@ _FIRST_CLIP = const(8)  # log units; later passes clip an eighth of the depth
 _LEAST_DEPTH = const(12)  # log units: about 4 of 100 grey levels
 _RADIUS_FLOOR_Q8 = const(1536)
 _WINDOW_FLOOR_Q8 = const(300)
+_WINDOW_SMALL_Q8 = const(640)
 _WINDOW_CAP_Q8 = const(3584)
 _SECTOR_FLOOR_Q10 = const(96)  # a sector this close to the harmonics is never an outlier
 _PRIOR_Q10 = const(32)  # expected distance of the ring centres at a radius of 30 px
@@ -135,7 +136,10 @@ class RingFit:
         y_q8 = (self.y_q10 + 2) >> 2
         if radius_q8 < _RADIUS_FLOOR_Q8 or not (0 <= x_q8 >> 8 < self.width and 0 <= y_q8 >> 8 < self.height):
             return False
-        window_q8 = min(max(radius_q8 * self._gap_q10 >> 10, _WINDOW_FLOOR_Q8), _WINDOW_CAP_Q8)
+        # to the middle of the gap between the rings; with large rings, less of it will do
+        window_q8 = max(radius_q8 * self._gap_q10 >> 10, _WINDOW_FLOOR_Q8)
+        if window_q8 > _WINDOW_SMALL_Q8:
+            window_q8 = min(max(window_q8 * 7 >> 3, _WINDOW_SMALL_Q8), _WINDOW_CAP_Q8)
         line_q8 = radius_q8 * self.line_q10 >> 10
         area = self.area
         self._window_q8 = window_q8

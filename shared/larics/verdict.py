@@ -31,10 +31,12 @@ VERDICT_NAMES = (
 _BITS = (2, 4, 6)  # positions, most significant first
 _EMPTY = (0, 5, 15, 25, 35)  # items of LineReader.code of the other positions
 _LINE_MOST = const(520)
-_POSE_MARGIN = const(48)  # a pose without an ID needs at least that margin
+_POSE_MARGIN = const(72)  # a pose without an ID needs at least that margin
 _GUARD_MOST = const(70)  # areas, 256 = as the rings'
 _ONE_LEAST = const(125)
 _ZERO_MOST = const(85)
+_SMALL_Q8 = const(4096)  # in rings smaller than this, the limits of a bit are farther apart
+_SMALL_DOUBT = const(25)
 _GLARE = const(90)  # log units: a position that much brighter than the mean may have lost its line
 _WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area
 
@@ -125,19 +127,24 @@ class Judge:
         for position in range(8):
             level += code[5 * position + 4]
         level >>= 3
+        one_least = _ONE_LEAST
+        zero_most = _ZERO_MOST
+        if rings.radius_q8 < _SMALL_Q8:
+            one_least += _SMALL_DOUBT
+            zero_most -= _SMALL_DOUBT
         marker_id = 0
         certain = True
         for position in _BITS:
             depth = (code[5 * position + 2] + code[5 * position + 3]) >> 1
             marker_id <<= 1
-            if depth >= _ONE_LEAST:
+            if depth >= one_least:
                 marker_id |= 1
-                self._rule(depth - _ONE_LEAST, 80)
-            elif depth > _ZERO_MOST or code[5 * position + 4] - level > _GLARE or self._erased(lines, rings,
+                self._rule(depth - one_least, 80)
+            elif depth > zero_most or code[5 * position + 4] - level > _GLARE or self._erased(lines, rings,
             position):
                 certain = False
             else:
-                self._rule(_ZERO_MOST - depth, 50)
+                self._rule(zero_most - depth, 50)
         if certain and self.allowed[marker_id]:
             self.marker_id = marker_id
             return ACCEPTED
