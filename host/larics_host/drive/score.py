@@ -71,7 +71,8 @@ class Score:
     wrong_per_hour: float
     pose_regained_s: Spread
     route_regained_s: Spread
-    faults: dict
+    faults: int
+    fault_names: list
     line_errors: int
     way_m: float
 
@@ -108,7 +109,8 @@ def score(record):
         wrong_per_hour=(wire.other + wire.cut_wrong) / hours,
         pose_regained_s=spread(pose_s),
         route_regained_s=spread(route_s),
-        faults={name_of("Fault", code): count for code, count in sorted(record.last_faults.items())},
+        faults=record.faults,
+        fault_names=[name_of("Fault", code) for code in sorted(record.fault_codes)],
         line_errors=record.line_errors,
         way_m=record.way_mm / 1000,
     )

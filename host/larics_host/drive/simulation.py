@@ -60,14 +60,15 @@ class Frame:
 
 @dataclass
 class Record:
-    """A whole drive. visits: (time, ID, distance mm) each time a marker was left; faults: {code: count}."""
+    """A whole drive. visits: (time, ID, distance mm) each time a marker was left; faults: how many the status
+    counts, fault_codes: which it named."""
 
     field: Field
     frames: list = field(default_factory=list)
     visits: list = field(default_factory=list)
     pushes: list = field(default_factory=list)
     faults: int = 0
-    last_faults: dict = field(default_factory=dict)
+    fault_codes: set = field(default_factory=set)
     line_errors: int = 0
     line_bytes: int = 0
     ages_us: list = field(default_factory=list)
@@ -176,8 +177,7 @@ class Simulation:
                 self.record.ages_us.append(values[1])
             elif number == m.STATUS:
                 self.record.faults = values[12]
-                if values[13]:
-                    self.record.last_faults[values[13]] = self.record.last_faults.get(values[13], 0) + 1
+                self.record.fault_codes.update(code for code in (values[13],) if code)
         truths = [truth for truth in truths if truth.id is not None]
         frame = self._frame(now_s, pose, truths, reported)
         told = [values for number, _, values in messages if number == m.MARKER]
