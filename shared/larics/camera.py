@@ -23,7 +23,8 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
+from larics.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, sin_q14, turn16_from_cdeg, wrap_cdeg
+from larics.q18 import div, mul, product, root, sin_cos
 
 _ONE = const(262144)  # 1.0 in q18
 _CDEG100_PER_RAD = const(572958)
@@ -33,42 +34,6 @@ _ROUNDS = const(25)  # of the undistortion; each gains a digit for any lens that
 _MAX_SIDE_PX = const(2048)
 _MAX_TILT_CDEG = const(3000)
 MAX_HEIGHT_MM10 = const(262143)  # 26 m above the lens
-
-
-def _mul(a, b):
-    """a * b / 2**18, rounded; |a * b| < 2**38 and |a| < 2**20."""
-    return (a * (b >> 9) + (a * (b & 511) >> 9) + 256) >> 9
-
-
-def _div(a, b):
-    """a * 2**18 / b, rounded; |a| < 2**30, 0 < b < 2**20, |a / b| < 2**11."""
-    whole = a // b
-    rest = (a - whole * b) << 9
-    middle = rest // b
-    rest = (rest - middle * b) << 9
-    return (whole << 18) + (middle << 9) + (rest + (b >> 1)) // b
-
-
-def _root_q18(value):
-    """Square root of a q18 below 4.0, to the last digit or two."""
-    value <<= 10
-    root = isqrt(value)  # q14, and its remainder gives four bits more
-    return (root << 4) + ((value - root * root) << 3) // root if root else 0
-
-
-def _sin_cos_q18(angle_cdeg):
-    """Sine and cosine exact to the last digit, by their series in long integers: not for every frame."""
-    x = wrap_cdeg(angle_cdeg) * 3454217652358 // 18000  # pi in q40
-    sums = [1 << 40, x, 0, 0]  # the derivatives of the sine repeat after four terms
-    term = x
-    for n in range(2, 32):
-        term = (term * x >> 40) // n
-        sums[n & 3] += term
-    return (sums[1] - sums[3] + (1 << 21)) >> 22, (sums[0] - sums[2] + (1 << 21)) >> 22
-
-
-def _product(a, b):
-    return [[sum((a[i][k] * b[k][j] for k in range(3)), 1 << 17) >> 18 for j in range(3)] for i in range(3)]
 
 
 class Measurement:
@@ -174,14 +139,14 @@ class Camera:
         self._slope_q18 = 0
         self._stretch_q18 = _ONE
 
-        sin, cos = _sin_cos_q18(mount_cdeg)
+        sin, cos = sin_cos(mount_cdeg)
         side = -1 if mirrored else 1
         matrix = [[-side * sin, -cos, 0], [side * cos, -sin, 0], [0, 0, _ONE]]
         self._untilted = tuple(matrix[0][:2] + matrix[1][:2])
-        sin, cos = _sin_cos_q18(-tilt_left_cdeg)
-        matrix = _product([[_ONE, 0, 0], [0, cos, -sin], [0, sin, cos]], matrix)
-        sin, cos = _sin_cos_q18(tilt_forward_cdeg)
-        matrix = _product([[cos, 0, sin], [0, _ONE, 0], [-sin, 0, cos]], matrix)
+        sin, cos = sin_cos(-tilt_left_cdeg)
+        matrix = product([[_ONE, 0, 0], [0, cos, -sin], [0, sin, cos]], matrix)
+        sin, cos = sin_cos(tilt_forward_cdeg)
+        matrix = product([[cos, 0, sin], [0, _ONE, 0], [-sin, 0, cos]], matrix)
         self._matrix = tuple(matrix[0] + matrix[1] + matrix[2])
         self._check_corners()
 
@@ -203,22 +168,22 @@ class Camera:
         focal = self.focal_q8
         if not -2 * focal < u < 2 * focal or not -2 * focal < v < 2 * focal:
             return False
-        u = _div(u, focal)
-        v = _div(v, focal)
-        square = _mul(u, u) + _mul(v, v)
+        u = div(u, focal)
+        v = div(v, focal)
+        square = mul(u, u) + mul(v, v)
         if square > _MAX_SQUARE:
             return False
         if self._distorted:
-            scale = self._undistort(_root_q18(square))
+            scale = self._undistort(root(square))
             if not scale:
                 return False
-            u = _mul(u, scale)
-            v = _mul(v, scale)
+            u = mul(u, scale)
+            v = mul(v, scale)
         ray[0] = u
         ray[1] = v
         ray[2] = _ONE
         m = self._matrix
-        depth = _mul(u, m[6]) + _mul(v, m[7]) + m[8]
+        depth = mul(u, m[6]) + mul(v, m[7]) + m[8]
         return depth > _ONE >> 2
 
     def _undistort(self, distorted):
@@ -228,16 +193,16 @@ class Camera:
         k1, k2 = self._k1_q18, self._k2_q18
         scale = _ONE
         for _ in range(_ROUNDS):
-            square = _mul(distorted, scale)
-            square = _mul(square, square)
+            square = mul(distorted, scale)
+            square = mul(square, square)
             if square > _MAX_SQUARE:
                 return 0
-            first = _mul(square, k1)
-            second = _mul(_mul(square, square), k2)
+            first = mul(square, k1)
+            second = mul(mul(square, square), k2)
             lens = _ONE + first + second
             if not _ONE >> 1 < lens < 3 * _ONE:
                 return 0
-            change = _div(_ONE, lens) - scale
+            change = div(_ONE, lens) - scale
             scale += change
             if -2 < change < 2:
                 break
@@ -247,7 +212,7 @@ class Camera:
         if not _ONE >> 3 < stretch < 3 * _ONE:
             return 0
         self._lens_q18 = lens
-        self._slope_q18 = 2 * (k1 + 2 * _mul(square, k2))  # twice the derivative of `lens` by the square
+        self._slope_q18 = 2 * (k1 + 2 * mul(square, k2))  # twice the derivative of `lens` by the square
         self._stretch_q18 = stretch
         return scale
 
@@ -262,11 +227,11 @@ class Camera:
             return False
         m = self._matrix
         u, v = self._ray[0], self._ray[1]
-        x = _mul(u, m[0]) + _mul(v, m[1]) + m[2]
-        y = _mul(u, m[3]) + _mul(v, m[4]) + m[5]
-        z = _mul(u, m[6]) + _mul(v, m[7]) + m[8]
-        x = _div(x, z)
-        y = _div(y, z)
+        x = mul(u, m[0]) + mul(v, m[1]) + m[2]
+        y = mul(u, m[3]) + mul(v, m[4]) + m[5]
+        z = mul(u, m[6]) + mul(v, m[7]) + m[8]
+        x = div(x, z)
+        y = div(y, z)
         if not -2 * _ONE < x < 2 * _ONE or not -2 * _ONE < y < 2 * _ONE:
             return False
 
@@ -275,8 +240,8 @@ class Camera:
         above = above - self.camera_z_mm10 if above else by_ring
         if not 0 < above <= MAX_HEIGHT_MM10:
             return False
-        out.offset_x_mm10 = self.camera_x_mm10 + _mul(above, x)
-        out.offset_y_mm10 = self.camera_y_mm10 + _mul(above, y)
+        out.offset_x_mm10 = self.camera_x_mm10 + mul(above, x)
+        out.offset_y_mm10 = self.camera_y_mm10 + mul(above, y)
         out.height_mm10 = above + self.camera_z_mm10
         out.ring_height_mm10 = by_ring + self.camera_z_mm10 if by_ring else 0
 
@@ -318,18 +283,18 @@ class Camera:
             return height
         shrinkage = depth_q18  # of an area, but for depth**2, which is taken out of the root
         if self._distorted:
-            shrinkage = _mul(shrinkage, self._lens_q18)
+            shrinkage = mul(shrinkage, self._lens_q18)
             if shrinkage > 2 * _ONE:
                 return 0
-            shrinkage = _mul(shrinkage, self._stretch_q18)
-            ring = _div(radius_q8, self.focal_q8)
-            height += _mul(height, _mul(_mul(ring, ring), self._k1_q18))
+            shrinkage = mul(shrinkage, self._stretch_q18)
+            ring = div(radius_q8, self.focal_q8)
+            height += mul(height, mul(mul(ring, ring), self._k1_q18))
         if shrinkage > 3 * _ONE:
             return 0
-        height = _mul(height, _root_q18(shrinkage))
+        height = mul(height, root(shrinkage))
         if height > MAX_HEIGHT_MM10:
             return 0
-        height = _mul(height, depth_q18)
+        height = mul(height, depth_q18)
         return height if height <= MAX_HEIGHT_MM10 else 0
 
     def _heading_correction(self, image_cdeg, x, y):
@@ -339,25 +304,25 @@ class Camera:
         du = cos_q14(turn16) << 4
         dv = -sin_q14(turn16) << 4
         t = self._untilted
-        plain_x = _mul(du, t[0]) + _mul(dv, t[1])
-        plain_y = _mul(du, t[2]) + _mul(dv, t[3])
+        plain_x = mul(du, t[0]) + mul(dv, t[1])
+        plain_y = mul(du, t[2]) + mul(dv, t[3])
         if self._distorted:
             u, v = self._ray[0], self._ray[1]
-            along = _mul(_mul(u, du) + _mul(v, dv), self._slope_q18)
-            du = _mul(du, self._stretch_q18) - _mul(u, along)
-            dv = _mul(dv, self._stretch_q18) - _mul(v, along)
+            along = mul(mul(u, du) + mul(v, dv), self._slope_q18)
+            du = mul(du, self._stretch_q18) - mul(u, along)
+            dv = mul(dv, self._stretch_q18) - mul(v, along)
         m = self._matrix
-        dz = _mul(du, m[6]) + _mul(dv, m[7])
-        dx = _mul(du, m[0]) + _mul(dv, m[1]) - _mul(dz, x)
-        dy = _mul(du, m[3]) + _mul(dv, m[4]) - _mul(dz, y)
-        across = _mul(plain_x, dy) - _mul(plain_y, dx)
-        ahead = _mul(plain_x, dx) + _mul(plain_y, dy)
+        dz = mul(du, m[6]) + mul(dv, m[7])
+        dx = mul(du, m[0]) + mul(dv, m[1]) - mul(dz, x)
+        dy = mul(du, m[3]) + mul(dv, m[4]) - mul(dz, y)
+        across = mul(plain_x, dy) - mul(plain_y, dx)
+        ahead = mul(plain_x, dx) + mul(plain_y, dy)
         if not 2 * abs(across) < ahead < 8 * _ONE:
             return wrap_cdeg(cdeg_from_turn16(atan2_turn16(across >> 2, ahead >> 2)))
-        t = _div(across >> 1, ahead >> 1)
-        square = _mul(t, t)
-        series = _ONE // 7 - _mul(square, _ONE // 9)
-        series = _ONE // 5 - _mul(square, series)
-        series = _ONE // 3 - _mul(square, series)
-        angle = t - _mul(t, _mul(square, series))
-        return (_mul(_CDEG100_PER_RAD, angle) + 50) // 100
+        t = div(across >> 1, ahead >> 1)
+        square = mul(t, t)
+        series = _ONE // 7 - mul(square, _ONE // 9)
+        series = _ONE // 5 - mul(square, series)
+        series = _ONE // 3 - mul(square, series)
+        angle = t - mul(t, mul(square, series))
+        return (mul(_CDEG100_PER_RAD, angle) + 50) // 100
