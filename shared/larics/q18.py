@@ -25,7 +25,7 @@ def root(value):
 
 
 def sin_cos(angle_cdeg):
-    """Sine and cosine of any angle, exact to the last digit, by their series in long integers: not for every frame."""
+    """Sine and cosine, exact to the last digit, by their series in long integers: not for every frame."""
     x = wrap_cdeg(angle_cdeg) * 3454217652358 // 18000  # pi in q40
     sums = [1 << 40, x, 0, 0]  # the derivatives of the sine repeat after four terms
     term = x
