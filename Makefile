@@ -46,6 +46,9 @@ fuzz: $(READY)  ## long damage runs on both decoders of the wire (about fifteen 
 vehicle: $(READY)  ## code size of the vehicle's C library for Cortex-M
 	$(BIN)/python tools/vehicle_build.py
 
+flash: $(READY)  ## put the firmware on the connected board (FLASH="--port /dev/ttyACM0 --dry-run")
+	$(BIN)/larics flash $(FLASH)
+
 clean:  ## remove what was built (the .venv stays)
 	rm -rf build .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

@@ -36,6 +36,7 @@ class App:
     board       its name; unique_id: of the processor, bytes
     keeper      keeper.Keeper of the settings, or None where they cannot be kept
     leds, sentinel, watchdog   see leds, guard; what a PC does not have
+    banner      line printed on the console in the first seconds, for who has just flashed the board
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class App:
         self.leds = leds or NoLeds()
         self.sentinel = sentinel
         self.watchdog = NoWatchdog()
+        self.banner = None
         self._board, self._unique_id = board, unique_id
         self._keeper = keeper
         boot = os.urandom(2)

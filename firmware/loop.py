@@ -16,6 +16,7 @@ _CAMERA_TIMEOUT_MS = 1000
 _CAMERA_RETRY_MS = 2000
 _COASTING_MS = 500
 _UPTIME_S = 4  # index in a STATUS
+_BANNER_S = 15
 
 
 class Loop:
@@ -28,7 +29,7 @@ class Loop:
     navigator  larics.navigator.Navigator, or None without a map
     settings   larics.settings.Settings
     link, outbox, reports, commands, faults, health, decoder
-    leds, watchdog; sentinel: guard.Guard or None
+    leds, watchdog, banner; sentinel: guard.Guard or None
 
     `camera_ok`: whether the camera is started; if not, it is tried again and again.
     """
@@ -257,3 +258,5 @@ class Loop:
         parts.outbox.status(m.STATUS, values)
         if parts.sentinel is not None:
             parts.sentinel.settled(values[_UPTIME_S])
+        if parts.banner and values[_UPTIME_S] <= _BANNER_S:
+            print(parts.banner)

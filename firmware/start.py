@@ -4,6 +4,8 @@ import os
 import sys
 
 import guard
+import larics
+from app import App
 from faults import Faults
 from keeper import Keeper
 from larics import boards
@@ -104,8 +106,6 @@ def main():
         faults.begin(m.FAULT_WATCHDOG)
     settings = keeper.load()
     uart = make_uart(board, settings.baud)
-    from app import App
-
     camera = make_camera(board, settings)
     app = App(settings, camera, uart, board.name, unique_id(), keeper, faults, leds=leds, sentinel=sentinel)
     if safe:
@@ -113,6 +113,7 @@ def main():
         app.announce_only()
         print("larics: safe mode; reset to start the program")
         return
+    app.banner = "larics %s runs on %s" % (larics.__version__, board.name)
     run(app, sentinel)
 
 

@@ -30,7 +30,9 @@ COMMANDS = (
     "record",
     "settings",
     "calibrate",
+    "map",
     "simulate",
+    "flash",
 )
 
 EXIT_BAD_INPUT = 2

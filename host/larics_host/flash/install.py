@@ -1,0 +1,100 @@
+"""Copying a program so that the board starts whatever happens: the new one or the one before.
+
+There are two program folders. The new program goes into the one that is not in use: first its `complete` file
+is removed, then all files are written and their hashes compared, and `complete` with a higher number is
+written last; main.py starts the whole program with the highest number. main.py itself comes after that, when
+it differs, as a new file that is renamed. Settings, map and calibration lie elsewhere and are not touched.
+"""
+
+import hashlib
+
+from larics_host.errors import UserError
+
+FOLDERS = ("larics_a", "larics_b")
+DATA_FOLDER = "larics_data"
+_SPARE_BYTES = 16384
+
+
+class Plan:
+    """What is to be done on a board: `root` ("/flash/"), `folder` to fill, `number` to give it, the program's
+    `files` [(name, bytes)], `loader` (bytes of main.py) and whether it has to be written."""
+
+    def __init__(self, session, files, loader):
+        self.root = "/flash/" if session.exists("/flash") else "/"
+        self.files = files
+        self.loader = loader
+        numbers = [_number(session.read_text(self.root + name + "/complete")) for name in FOLDERS]
+        newest = max(numbers)
+        self.folder = self.root + FOLDERS[0 if numbers[0] < numbers[1] or newest < 0 else 1]
+        self.number = newest + 1
+        self.is_update = newest >= 0
+        self.writes_loader = session.read_text(self.root + "main.py") != loader.decode()
+        self.has_data = session.exists(self.root + DATA_FOLDER)
+        self.sd_card = session.exists("/sdcard/main.py") and not session.exists(self.root + "SKIPSD")
+        self.free_bytes = session.free_bytes(self.root.rstrip("/") or "/")
+
+    def size(self):
+        """Bytes to be written."""
+        return sum(len(data) for _, data in self.files) + len(self.loader) * self.writes_loader
+
+    def check_space(self, session):
+        """Raises UserError when it will not fit, the folder's old content being removed."""
+        old = _tree_bytes(session, self.folder)
+        need = self.size() + 64 * len(self.files) + _SPARE_BYTES
+        if self.free_bytes + old < need:
+            raise UserError(
+                "the board's flash has %d KB free, %d KB are needed: delete files on it"
+                % ((self.free_bytes + old) // 1024, need // 1024)
+            )
+
+    def version_hash(self):
+        """Names this program: the beginning of the hash of all its files."""
+        digest = hashlib.sha256()
+        for name, data in self.files:
+            digest.update(name.encode() + b"\0" + data)
+        return digest.hexdigest()[:12]
+
+
+def _number(text):
+    try:
+        return int(text)
+    except (TypeError, ValueError):
+        return -1
+
+
+def _tree_bytes(session, path):
+    session.run(
+        "def _bytes(p):\n"
+        " try:\n"
+        "  return sum(_bytes(p + '/' + e[0]) if e[1] & 0x4000 else os.stat(p + '/' + e[0])[6] "
+        "for e in os.ilistdir(p))\n"
+        " except OSError:\n"
+        "  return 0"
+    )
+    return session.evaluate("_bytes(%r)" % path)
+
+
+def install(session, plan, progress):
+    """Carries a plan out; `progress(bytes done, bytes in all, name)`. SessionError when the board fails."""
+    total, done = plan.size(), 0
+    session.remove_tree(plan.folder + "/complete")  # from here on it is not whole
+    session.remove_tree(plan.folder)
+    session.make_folder(plan.folder)
+    folders = set()
+    for name, data in plan.files:
+        parts = name.split("/")[:-1]
+        for depth in range(1, len(parts) + 1):
+            folder = plan.folder + "/" + "/".join(parts[:depth])
+            if folder not in folders:
+                folders.add(folder)
+                session.make_folder(folder)
+        progress(done, total, name)
+        session.write(plan.folder + "/" + name, data)
+        done += len(data)
+    session.write(plan.folder + "/complete", str(plan.number).encode())
+    if plan.writes_loader:
+        progress(done, total, "main.py")
+        session.write(plan.root + "main.py.new", plan.loader)
+        session.rename(plan.root + "main.py.new", plan.root + "main.py")
+        done += len(plan.loader)
+    progress(done, total, "done")

@@ -1,0 +1,176 @@
+"""A board's REPL: its running program stopped, code executed, files written and their hashes read."""
+
+import contextlib
+import hashlib
+import io
+import os
+import time
+
+from mpremote.transport import TransportError
+from mpremote.transport_serial import SerialTransport
+
+from larics_host.errors import UserError
+
+_CHUNK = 512
+_RECONNECT_S = 25  # a running watchdog restarts the board into safe mode
+_TROUBLE = (TransportError, OSError, EOFError)
+
+
+class SessionError(UserError):
+    """The board did not do what it was told."""
+
+
+class Session:
+    """`port`: device name. Use as a context manager; `open` stops the program that runs."""
+
+    def __init__(self, port):
+        self.port = port
+        self._link = None
+
+    def open(self, limit_s=_RECONNECT_S):
+        """Stops what runs and enters the raw REPL. Raises UserError when the board does not answer.
+
+        A program with a running watchdog restarts the board, into safe mode; then the port goes away and
+        comes back, so several attempts are made."""
+        end_s = time.monotonic() + limit_s
+        if self.port.startswith("/dev/") and not os.path.exists(self.port):
+            raise UserError("no port %s" % self.port)
+        while True:
+            try:
+                self._connect()
+                return self
+            except _TROUBLE as error:
+                self.close()
+                if time.monotonic() > end_s:
+                    text = "%s does not answer: is a MicroPython board there?" % self.port
+                    raise UserError(text) from error
+                time.sleep(0.5)
+
+    def _connect(self):
+        self._link = SerialTransport(self.port, timeout=3)
+        with contextlib.redirect_stdout(io.StringIO()):  # it prints what it could not understand
+            self._link.enter_raw_repl(soft_reset=False, timeout_overall=3)
+            if self._link.exec("print(6 * 7)").strip() != b"42":
+                raise TransportError("unexpected answer")
+
+    def close(self):
+        if self._link is not None:
+            with contextlib.suppress(*_TROUBLE):
+                self._link.close()
+            self._link = None
+
+    def __enter__(self):
+        return self.open()
+
+    def __exit__(self, *_):
+        if self._link is not None:
+            with contextlib.suppress(*_TROUBLE):
+                self._link.exit_raw_repl()
+        self.close()
+
+    def run(self, code):
+        """Executes code; returns what it printed, as text."""
+        try:
+            return self._link.exec(code).decode("utf-8", "replace")
+        except _TROUBLE as error:
+            raise SessionError("%s: %s" % (self.port, _last_line(error))) from error
+
+    def evaluate(self, expression):
+        """The value of an expression (anything that has a literal)."""
+        try:
+            return self._link.eval(expression)
+        except (*_TROUBLE, ValueError, SyntaxError) as error:
+            raise SessionError("%s: %s" % (self.port, _last_line(error))) from error
+
+    def identity(self):
+        """(identity text, MicroPython version, sys.implementation._mpy or 0, OpenMV's version or "")."""
+        self.run(
+            "import sys, os\n"
+            "def _version():\n"
+            " i = sys.implementation\n"
+            " return '.'.join(str(n) for n in i.version[:3]), getattr(i, '_mpy', 0)\n"
+            "def _identity():\n"
+            " try:\n"
+            "  import omv\n"
+            "  return omv.arch(), omv.version_string()\n"
+            " except ImportError:\n"
+            "  return os.uname().machine, ''\n"
+            " except AttributeError:\n"
+            "  return sys.platform, ''\n"
+        )
+        name, release = self.evaluate("_identity()")
+        version, mpy = self.evaluate("_version()")
+        return name, version, mpy, release
+
+    def exists(self, path):
+        self.run(
+            "import os\n"
+            "def _exists(p):\n"
+            " try:\n"
+            "  os.stat(p)\n"
+            "  return True\n"
+            " except OSError:\n"
+            "  return False\n"
+        )
+        return self.evaluate("_exists(%r)" % path)
+
+    def read_text(self, path):
+        """The text of a small file, None when there is none."""
+        if not self.exists(path):
+            return None
+        self.run("f = open(%r)\nt = f.read()\nf.close()" % path)
+        return self.evaluate("t")
+
+    def free_bytes(self, path):
+        """Free space of the file system there."""
+        self.run("import os")
+        return self.evaluate("(lambda s: s[0] * s[3])(os.statvfs(%r))" % path)
+
+    def make_folder(self, path):
+        self.run("try:\n os.mkdir(%r)\nexcept OSError:\n pass" % path)
+
+    def remove_tree(self, path):
+        """Removes a folder and all below; nothing happens when it is not there."""
+        self.run(
+            "def _remove(p):\n"
+            " try:\n"
+            "  names = os.listdir(p)\n"
+            " except OSError:\n"
+            "  names = None\n"
+            " for n in names or ():\n"
+            "  _remove(p + '/' + n)\n"
+            " try:\n"
+            "  (os.remove if names is None else os.rmdir)(p)\n"
+            " except OSError:\n"
+            "  try:\n"
+            "   os.remove(p)\n"
+            "  except OSError:\n"
+            "   pass\n"
+            "_remove(%r)" % path
+        )
+
+    def write(self, path, data):
+        """Writes a file and compares its hash; raises SessionError when it differs."""
+        try:
+            self._link.fs_writefile(path, data, chunk_size=_CHUNK)
+            found = self._link.fs_hashfile(path, "sha256", chunk_size=_CHUNK)
+        except _TROUBLE as error:
+            raise SessionError("writing %s failed: %s" % (path, _last_line(error))) from error
+        if bytes(found) != hashlib.sha256(data).digest():
+            raise SessionError("%s reads back differently from what was written" % path)
+
+    def rename(self, source, target):
+        """On the board in one go; a FAT file system cannot replace a file, it is removed first."""
+        self.run("try:\n os.remove(%r)\nexcept OSError:\n pass\nos.rename(%r, %r)" % (target, source, target))
+
+    def reset(self):
+        """Restarts the board; the session ends."""
+        with contextlib.suppress(*_TROUBLE):
+            self._link.exec_raw_no_follow("import machine\nmachine.reset()")
+        time.sleep(0.1)
+        self.close()
+
+
+def _last_line(error):
+    lines = str(error).strip().splitlines()
+    return lines[-1] if lines else error.__class__.__name__

@@ -1,0 +1,184 @@
+"""A board's console for tests: boots /flash/main.py, then serves the REPL on standard input and output.
+
+    micropython fake_board.py FLASH_IMAGE IDENTITY
+
+The real interpreter executes what comes by the raw REPL and runs what lies on the flash: a FAT file system in
+the file FLASH_IMAGE, as on an OpenMV board. Ctrl-C must arrive as a signal. Exit code 42 stands for
+machine.reset(): whoever runs this starts it again.
+"""
+
+import io
+import os
+import sys
+
+import micropython
+import vfs
+
+RESET = 42
+
+here = __file__.rsplit("/", 1)[0]
+sys.path.append(here + "/fakes")
+sys.modules["machine"] = __import__("fake_machine")
+import fake_machine  # noqa: E402
+import omv  # noqa: E402
+
+
+def reset():
+    sys.stdout.write("\r\n")
+    sys.exit(RESET)
+
+
+class Line:
+    """A UART that nobody listens to."""
+
+    def write(self, buffer, offset, count):
+        return count
+
+    def any(self):
+        return 0
+
+
+class Disk:
+    """A block device in a file."""
+
+    SIZE = 512
+
+    def __init__(self, path, blocks=4096):
+        try:
+            self.file = open(path, "r+b")
+            self.fresh = False
+        except OSError:
+            with open(path, "wb") as file:
+                for _ in range(blocks):
+                    file.write(bytes(self.SIZE))
+            self.file = open(path, "r+b")
+            self.fresh = True
+        self.blocks = os.stat(path)[6] // self.SIZE
+
+    def readblocks(self, block, buffer):
+        self.file.seek(block * self.SIZE)
+        self.file.readinto(buffer)
+
+    def writeblocks(self, block, buffer):
+        self.file.seek(block * self.SIZE)
+        self.file.write(buffer)
+
+    def ioctl(self, operation, argument):
+        if operation == 4:
+            return self.blocks
+        if operation == 5:
+            return self.SIZE
+        return 0
+
+
+def boot():
+    """What a board does after its reset: main.py, if there is one."""
+    try:
+        with open("/flash/main.py") as file:
+            code = file.read()
+    except OSError:
+        return
+    execute(code, sys.stdout, "main.py")
+
+
+def execute(code, errors, name="<stdin>"):
+    """Runs code in __main__; an exception is printed to `errors`."""
+    try:
+        micropython.kbd_intr(3)
+        exec(compile(code, name, "exec"), scope)
+    except SystemExit as end:
+        if end.args and end.args[0] == RESET:
+            raise
+    except BaseException as error:
+        sys.print_exception(error, errors)
+
+
+def read_byte():
+    while True:
+        try:
+            data = sys.stdin.buffer.read(1)
+        except KeyboardInterrupt:
+            write("\r\n>>> ")
+            continue
+        if not data:
+            sys.exit(0)
+        return data
+
+
+def write(text):
+    sys.stdout.write(text)
+
+
+def raw_repl():
+    """Until Ctrl-B."""
+    write("raw REPL; CTRL-B to exit\r\n>")
+    code = b""
+    while True:
+        byte = read_byte()
+        if byte == b"\x02":
+            write("\r\n>>> ")
+            return
+        if byte == b"\x05":
+            read_byte()
+            read_byte()
+            write("R\x00")  # no paste mode
+        elif byte == b"\x01":
+            code = b""
+            write("raw REPL; CTRL-B to exit\r\n>")
+        elif byte == b"\x04":
+            if code:
+                run(code, "OK")
+            else:
+                write("OK\r\nMPY: soft reboot\r\nraw REPL; CTRL-B to exit\r\n>")
+            code = b""
+        else:
+            code += byte
+
+
+def paste():
+    """Code by the raw paste mode, with a window of so many bytes."""
+    window = 16384
+    write("R\x01")
+    sys.stdout.buffer.write(bytes([window & 255, window >> 8]))
+    code = bytearray()
+    while True:
+        byte = read_byte()
+        if byte == b"\x04":
+            write("\x04")
+            return bytes(code)
+        code.extend(byte)
+        if len(code) % window == 0:
+            write("\x01")
+
+
+def run(code, before):
+    write(before)
+    errors = io.StringIO()
+    execute(code, errors)
+    write("\x04" + errors.getvalue() + "\x04>")
+
+
+def main(image, identity):
+    disk = Disk(image)
+    if disk.fresh:
+        vfs.VfsFat.mkfs(disk)
+    vfs.mount(vfs.VfsFat(disk), "/flash")
+    os.chdir("/flash")
+    sys.path[:] = ["", "/flash", "/flash/lib", ".frozen", here + "/fakes"]
+    omv.name = identity
+    fake_machine.reset = reset
+    fake_machine.world.uart = Line()
+    boot()
+    write("MicroPython on a stand-in board\r\n>>> ")
+    while True:
+        byte = read_byte()
+        if byte == b"\x01":
+            raw_repl()
+        elif byte == b"\x04":
+            write("\r\nMPY: soft reboot\r\n")
+            boot()
+            write(">>> ")
+
+
+scope = {"__name__": "__main__"}
+main(sys.argv[1], sys.argv[2])

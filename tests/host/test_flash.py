@@ -1,0 +1,345 @@
+"""`larics flash` on a stand-in board: the real interpreter behind a raw REPL on a pseudo-terminal, with a
+real FAT file system as its flash, which survives a loss of power."""
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+import serial
+
+from larics.boards import BOARDS, find
+from larics_host import cli
+from larics_host.errors import UserError
+from larics_host.flash import build, install, ports
+from larics_host.flash.session import Session, SessionError
+from larics_host.pty_pair import PtyPair
+from tests.host.test_dual import ROOT, interpreter
+from tools import make_package
+
+RT1062 = "OMVRT1060 32768 SDRAM"
+
+# a program of the same form as the real one, small enough to be flashed often
+START = """
+import larics
+from larics import part
+def main():
+    print("larics %s runs on OpenMV RT1062, " % larics.__version__ + part.NAME)
+"""
+
+
+class Board:
+    """A stand-in board at the end of a cable; `port` is its device, `image` its flash."""
+
+    def __init__(self, cable, image, identity=RT1062):
+        self.port = cable.device_b
+        self.image = image
+        command = [sys.executable, str(ROOT / "tests/host/board_console.py"), cable.device_a, str(image)]
+        self._console = subprocess.Popen(
+            [*command, identity, *interpreter()],
+            cwd=ROOT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def _order(self, word):
+        self._console.stdin.write(word + "\n")
+        self._console.stdin.flush()
+        assert self._console.stdout.readline() == "done\n"
+
+    def power_on(self):
+        self._order("on")
+
+    def power_off(self):
+        self._order("off")
+
+    def close(self):
+        self._console.stdin.close()
+        self._console.wait(timeout=10)
+        self._console.stdout.close()
+
+    def boots(self, text="stand-in board"):
+        """Restarts the board; what it says while it starts."""
+        self.power_off()
+        with serial.Serial(self.port, 115200, timeout=0.1) as console:
+            self.power_on()
+            data, end_s = b"", time.monotonic() + 15
+            while text.encode() not in data and time.monotonic() < end_s:
+                data += console.read(512)
+        return data.decode("utf-8", "replace")
+
+
+@pytest.fixture
+def board(tmp_path):
+    with PtyPair() as cable:
+        made = Board(cable, tmp_path / "flash.img")
+        made.power_on()
+        yield made
+        made.close()
+
+
+def tiny_program(tmp_path, name):
+    """A folder like the repository's with a program that says its name."""
+    root = tmp_path / ("program_" + name)
+    shutil.rmtree(root, ignore_errors=True)
+    (root / "shared" / "larics").mkdir(parents=True)
+    (root / "firmware").mkdir()
+    shutil.copy(ROOT / "shared" / "larics" / "__init__.py", root / "shared" / "larics")
+    (root / "shared" / "larics" / "part.py").write_text("NAME = %r\n" % name)
+    (root / "firmware" / "start.py").write_text(START)
+    shutil.copy(ROOT / "firmware" / "main.py", root / "firmware")
+    return root
+
+
+def flash(board, root, monkeypatch, *options):
+    monkeypatch.setattr(build, "source_root", lambda: root)
+    return cli.main(["flash", "--port", board.port, *options])
+
+
+def tree(board):
+    """{path: size} of all that is on the flash."""
+    with Session(board.port) as session:
+        session.run(
+            "import os\n"
+            "def _all(p):\n"
+            " for e in os.ilistdir(p):\n"
+            "  q = p + '/' + e[0]\n"
+            "  if e[1] & 0x4000:\n"
+            "   yield from _all(q)\n"
+            "  else:\n"
+            "   yield q, os.stat(q)[6]\n"
+        )
+        return session.evaluate("dict(_all('/flash'))")
+
+
+def test_the_real_program_starts_after_it_was_flashed(board, capsys):
+    assert cli.main(["flash", "--port", board.port]) == 0
+    said = capsys.readouterr().out
+    assert "OpenMV RT1062 (%s)" % RT1062 in said and "first installation" in said
+    assert said.splitlines()[-1].strip() == "larics 0.1.0 runs on OpenMV RT1062"
+    # Ctrl-C lets the running watchdog's board restart into safe mode, where the REPL answers
+    with Session(board.port) as session:
+        assert session.exists("/flash/larics_data") and session.read_text("/flash/larics_a/complete") == "0"
+
+
+def test_dry_run_install_update_and_what_is_kept(board, tmp_path, monkeypatch, capsys):
+    first, second = tiny_program(tmp_path, "one"), tiny_program(tmp_path, "two")
+    assert flash(board, first, monkeypatch, "--dry-run") == 0
+    assert "nothing was written" in capsys.readouterr().out and tree(board) == {}
+    assert flash(board, first, monkeypatch) == 0
+    with Session(board.port) as session:
+        session.make_folder("/flash/larics_data")
+        session.write("/flash/larics_data/settings.json", b'{"baud": 57600}')
+        session.write("/flash/larics_data/map.json", b"{}")
+    assert "runs on OpenMV RT1062, one" in board.boots()
+    assert flash(board, second, monkeypatch) == 0
+    said = capsys.readouterr().out
+    assert "update" in said and "main.py: unchanged" in said and "calibration: kept" in said
+    assert "larics_b as number 1" in said
+    assert "runs on OpenMV RT1062, two" in board.boots()
+    assert flash(board, first, monkeypatch, "--no-restart") == 0
+    files = tree(board)
+    assert files["/flash/larics_data/settings.json"] == 15 and "/flash/main.py.new" not in files
+    assert sorted(name for name in files if "complete" in name) == [
+        "/flash/larics_a/complete",
+        "/flash/larics_b/complete",
+    ]
+    assert "runs on OpenMV RT1062, one" in board.boots()
+
+
+def steps_of(board, root):
+    """Every call that changes the flash during an installation, counted."""
+    with Session(board.port) as session:
+        march = build.architecture(session.identity()[2], find(RT1062))
+        files = build.compile_program(root, march)
+        plan = install.Plan(session, files, (root / "firmware" / "main.py").read_bytes())
+        return plan, files
+
+
+def test_power_lost_at_any_step_leaves_a_board_that_starts(board, tmp_path, monkeypatch):
+    first, second = tiny_program(tmp_path, "one"), tiny_program(tmp_path, "two")
+    (second / "firmware" / "main.py").write_text((ROOT / "firmware" / "main.py").read_text() + "# newer\n")
+    assert flash(board, first, monkeypatch) == 0
+    board.power_off()
+    good = board.image.read_bytes()
+    told, step = [], 0
+    while True:
+        board.power_off()
+        board.image.write_bytes(good)
+        board.power_on()
+        finished = interrupted_install(board, second, step)
+        board.power_off()
+        said = board.boots()
+        assert "runs on OpenMV RT1062, " in said, (step, said)
+        told.append(said.split("OpenMV RT1062, ")[1][:3])
+        if finished:
+            break
+        step += 1
+    assert step > 8 and told[0] == "one" and told[-1] == "two"
+    assert told == sorted(told)  # never back
+    board.power_off()
+    board.image.write_bytes(good)
+    board.power_on()
+    interrupted_install(board, second, 4)
+    board.power_off()
+    board.power_on()
+    assert flash(board, second, monkeypatch) == 0  # the next attempt succeeds
+    assert "two" in board.boots()
+
+
+def interrupted_install(board, root, steps):
+    """Installs until `steps` changes were made, in the middle of the next; False when it was cut off."""
+    plan, _ = steps_of(board, root)
+    left = [steps]
+
+    def counted(method):
+        def call(*arguments):
+            left[0] -= 1
+            if left[0] < 0:
+                if method.__name__ == "write":  # half of the file
+                    method(arguments[0], arguments[1][: len(arguments[1]) // 2])
+                raise SessionError("power lost")
+            return method(*arguments)
+
+        return call
+
+    with Session(board.port) as session:
+        for name in ("remove_tree", "make_folder", "write", "rename"):
+            setattr(session, name, counted(getattr(session, name)))
+        try:
+            install.install(session, plan, lambda *_: None)
+        except SessionError:
+            return False
+    return True
+
+
+def test_a_program_that_cannot_be_loaded_gives_way_to_the_one_before(board, tmp_path, monkeypatch, capsys):
+    good, bad = tiny_program(tmp_path, "one"), tiny_program(tmp_path, "bad")
+    (bad / "shared" / "larics" / "part.py").write_text("import nothing_of_that_name\n")
+    assert flash(board, good, monkeypatch) == 0
+    monkeypatch.setattr("larics_host.commands.flash._BANNER_S", 3)
+    flash(board, bad, monkeypatch)
+    said = board.boots()
+    assert "larics_b cannot be loaded" in said and "runs on OpenMV RT1062, one" in said
+
+
+def test_a_file_that_reads_back_differently_is_noticed(board):
+    with Session(board.port) as session:
+        session.run(
+            "import hashlib\n"
+            "class _Wrong:\n"
+            " def update(self, d): pass\n"
+            " def digest(self): return bytes(32)\n"
+            "import sys\n"
+            "class _Module: pass\n"
+            "sys.modules['hashlib'] = _Module\n"
+            "_Module.sha256 = _Wrong\n"
+        )
+        with pytest.raises(SessionError, match="reads back differently"):
+            session.write("/flash/x", b"data")
+
+
+def test_a_full_flash_is_told_before_anything_is_written(board, tmp_path, monkeypatch, capsys):
+    with Session(board.port) as session:
+        session.run("f = open('/flash/big', 'wb')\nfor _ in range(4050): f.write(bytes(512))\nf.close()")
+    assert flash(board, tiny_program(tmp_path, "one"), monkeypatch) == 2
+    err = capsys.readouterr().err
+    assert "KB free" in err and len(err.splitlines()) == 1 and len(tree(board)) == 1
+
+
+def test_an_sd_card_that_would_win_is_told(board, tmp_path, monkeypatch, capsys):
+    real = Session.exists
+    monkeypatch.setattr(Session, "exists", lambda self, path: path == "/sdcard/main.py" or real(self, path))
+    assert flash(board, tiny_program(tmp_path, "one"), monkeypatch, "--dry-run") == 0
+    assert "the SD card has a main.py" in capsys.readouterr().err
+
+
+def test_a_board_that_is_not_in_the_table_is_refused(tmp_path, capsys):
+    with PtyPair() as cable:
+        other = Board(cable, tmp_path / "flash.img", "Pyboard v1.1")
+        other.power_on()
+        assert cli.main(["flash", "--port", other.port]) == 2
+        other.close()
+    err = capsys.readouterr().err
+    assert "is a Pyboard v1.1, not one of OpenMV N6" in err and len(err.splitlines()) == 1
+
+
+def test_a_port_without_a_board(capsys, monkeypatch):
+    monkeypatch.setattr("larics_host.flash.session._RECONNECT_S", 1)
+    monkeypatch.setattr(Session, "__enter__", lambda self: self.open(1))
+    assert cli.main(["flash", "--port", "/dev/no-such-port"]) == 2
+    assert "no port /dev/no-such-port" in capsys.readouterr().err
+    with PtyPair() as cable:
+        assert cli.main(["flash", "--port", cable.device_b]) == 2
+    err = capsys.readouterr().err
+    assert "does not answer" in err and len(err.splitlines()) == 1
+
+
+def usb_port(device, usb_id, number):
+    return SimpleNamespace(device=device, vid=usb_id[0], pid=usb_id[1], serial_number=number)
+
+
+def test_the_port_is_found_by_its_usb_id_and_refused_when_ambiguous():
+    n6, rt = BOARDS[0].usb_ids[0], BOARDS[1].usb_ids[0]
+    other = usb_port("/dev/ttyUSB0", (0x0403, 0x6001), "FT1")
+    two = [other, usb_port("/dev/ttyACM0", n6, "A1"), usb_port("/dev/ttyACM1", rt, "B2")]
+    assert ports.find_port(ports=two[:2]) == "/dev/ttyACM0"
+    assert ports.find_port("B2", ports=two) == "/dev/ttyACM1"
+    with pytest.raises(UserError, match="more than one camera board: /dev/ttyACM0 .OpenMV N6, serial"):
+        ports.find_port(ports=two)
+    with pytest.raises(UserError, match="no camera board found"):
+        ports.find_port(ports=[other])
+    with pytest.raises(UserError, match="serial number C3"):
+        ports.find_port("C3", ports=two)
+
+
+def mpy(arch, version=6, sub_version=3):
+    return build.ARCHITECTURES.index(arch) << 10 | sub_version << 8 | version
+
+
+def test_architecture_and_mpy_version():
+    n6, esp = BOARDS[0], BOARDS[-1]
+    assert build.architecture(mpy("armv7emdp"), n6) == "armv7emsp"
+    assert build.architecture(mpy("armv7emsp"), n6) == "armv7emsp"
+    assert build.architecture(mpy("xtensawin"), esp) == "xtensawin"
+    for value, text in ((mpy("armv7emsp", version=5), "version 5"), (6, "does not load native code"),
+                        (mpy("armv7emsp", sub_version=2), "6.3")):  # fmt: skip
+        with pytest.raises(UserError, match=text):
+            build.architecture(value, n6)
+
+
+def test_the_program_has_what_a_board_needs_and_nothing_else():
+    names = [name for _, name in build.program(ROOT)]
+    assert "start.mpy" in names and "larics/detector.mpy" in names and "cameras/openmv_csi.mpy" in names
+    assert not {"main.mpy", "desk.mpy", "larics/_cpython.mpy"} & set(names)
+    assert names.index("larics/protocol.mpy") < names.index("start.mpy")  # libraries first
+    for march in ("armv7emsp", "xtensawin"):
+        assert all(data[:1] == b"M" for _, data in build.compile_program(ROOT, march))
+
+
+def test_package_json_is_that_of_its_generator_and_mip_installs_it(board, tmp_path):
+    assert make_package.TARGET.read_text() == make_package.package(), "run: python tools/make_package.py"
+    package = json.loads(make_package.TARGET.read_text())
+    assert all((ROOT / source).is_file() for _, source in package["urls"])
+    wanted = ("larics/__init__.py", "larics/boards.py", "faults.py")
+    few = [pair for pair in package["urls"] if pair[0] in wanted]
+    assert len(few) == 3
+    (tmp_path / "package.json").write_text(json.dumps(dict(package, urls=few)))
+    for folder in ("shared", "firmware"):
+        os.symlink(ROOT / folder, tmp_path / folder)
+    mpremote = [sys.executable, "-m", "mpremote", "connect", board.port, "mip", "install", "--target"]
+    result = subprocess.run(
+        [*mpremote, "/flash/lib", str(tmp_path / "package.json")], capture_output=True, text=True, timeout=120
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    with Session(board.port) as session:
+        for name, source in few:
+            data = (ROOT / source).read_bytes()
+            found = session._link.fs_hashfile("/flash/lib/" + name, "sha256")
+            assert bytes(found) == hashlib.sha256(data).digest()
