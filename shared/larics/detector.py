@@ -26,8 +26,9 @@ RADIUS_LEAST_PX = const(6)
 RADIUS_MOST_PX = const(72)
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
-_FAR_OFF_Q10 = const(512)  # a first pass that moves the rings by more is followed by another
-_SETTLED_Q10 = const(160)  # a last pass that moves the rings by more is repeated
+_FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more is followed by others,
+_COARSE_PASSES = const(3)  # at most that many
+_SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeated
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
@@ -323,22 +324,23 @@ class Detector:
             return verdicts.NO_RADIUS
         if not rings.refine(frame, 6, 3, 192):
             return verdicts.NO_FIT
-        far_off = rings.radius_q8 < _SMALL_Q8 or rings.moved_q10 > _FAR_OFF_Q10
-        if far_off and not rings.refine(frame, 12, 3, 160):
-            return verdicts.NO_FIT
-        verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
-        if verdict != verdicts.ACCEPTED:
-            return verdict
-        lines.find_orientation(frame, rings)
-        verdict = judge.orientation(lines, rings)
-        if verdict != verdicts.ACCEPTED:
-            return verdict
+        more = _COARSE_PASSES
+        while rings.moved_q10 > _FAR_OFF_Q10 or (more == _COARSE_PASSES and rings.radius_q8 < _SMALL_Q8):
+            if not more or not rings.refine(frame, 12, 3, 192):
+                return verdicts.NO_FIT
+            more -= 1
+        if not judge.first_look(rings):
+            return verdicts.POOR_RINGS
+        rivals = lines.find_orientation(frame, rings)
+        if rivals != 1:
+            return verdicts.TWO_ORIENTATIONS if rivals else verdicts.NO_ORIENTATION
         lines.read_code(frame, rings)
         rings.skip_lines(lines)
         if not rings.refine(frame, 16, 4, 48):
             return verdicts.NO_FIT
-        if rings.moved_q10 > _SETTLED_Q10 and not rings.refine(frame, 16, 4, 48):
-            return verdicts.NO_FIT
+        if rings.moved_q10 > _SETTLED_Q10:
+            if not rings.refine(frame, 16, 4, 96) or rings.moved_q10 > _SETTLED_Q10:
+                return verdicts.NO_FIT
         verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         if verdict != verdicts.ACCEPTED:
             return verdict

@@ -64,6 +64,14 @@ class Judge:
             self.margin = margin
         return True
 
+    def first_look(self, rings):
+        """Whether the rings are worth another look after their first passes."""
+        weaker = min(rings.outer_area, rings.inner_area)
+        stronger = max(rings.outer_area, rings.inner_area)
+        ratio_off = abs((rings.inner_q8 << 10) // rings.radius_q8 - self.inner_q10)
+        residual = rings.deviation_outer_q10 + rings.deviation_inner_q10
+        return weaker * 2 > stronger and ratio_off < 60 and residual < (rings.radius_q8 >> 5) + 480
+
     def rings(self, rings, radius_min_q8, radius_max_q8):
         """The verdict on the fitted rings alone; begins a new candidate."""
         self.margin = 255
@@ -97,9 +105,7 @@ class Judge:
 
     def orientation(self, lines, rings):
         """The verdict on the orientation line."""
-        if lines.rivals == 0:
-            return NO_ORIENTATION
-        if lines.rivals > 1 or not self._rule(250 - lines.second_q8, 150):
+        if not self._rule(250 - lines.second_q8, 150):
             return TWO_ORIENTATIONS
         if (
             self._rule(lines.line_q8 - 96, 110)

@@ -19,6 +19,11 @@ def annulus_profile(
     cx, cy, first (radius) and pitch (between samples) in 1/256 px, radii below 32768; samples 1..16; 256 //
     stride items; 0 where a sample would lie outside the frame. Returns the number of directions inside the
     frame."""
+    # without a test for each direction when the whole annulus lies inside the frame
+    x = (first + pitch * samples) >> 8
+    near_border = 1
+    if (cx >> 8) > x and (cy >> 8) > x and (cx >> 8) + x + 2 < width and (cy >> 8) + x + 2 < height:
+        near_border = 0
     inside = 0
     k = 0
     slot = 0
@@ -31,12 +36,13 @@ def annulus_profile(
         dy = (pitch * dy) >> 14
         total = 0
         i = samples
-        end_x = x + dx * samples
-        end_y = y + dy * samples
-        if x < 256 or y < 256 or end_x < 256 or end_y < 256:
-            i = 0
-        if (x >> 8) >= width or (y >> 8) >= height or (end_x >> 8) >= width or (end_y >> 8) >= height:
-            i = 0
+        if near_border:
+            end_x = x + dx * samples
+            end_y = y + dy * samples
+            if x < 256 or y < 256 or end_x < 256 or end_y < 256:
+                i = 0
+            if (x >> 8) >= width or (y >> 8) >= height or (end_x >> 8) >= width or (end_y >> 8) >= height:
+                i = 0
         if i > 0:
             inside += 1
             total = 1
