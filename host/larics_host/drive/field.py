@@ -104,7 +104,7 @@ CONDITIONS = {
     "fast-2": Condition("sunny, 2 m/s", speed_mm_s=2000.0, side_mm=5000.0, accel_mm_s2=3000.0, rate_hz=30.0),
     "lights": Condition("lights switched every 10 s, to a fifth and back", events=_switches),
     "dirty": Condition("marker 4 is dirty", dirty=4),
-    "missing": Condition("marker 4 has been taken down", missing=4, seconds=300.0),
+    "missing": Condition("marker 4 has been taken down", missing=4, seconds=160.0),
     "pushed": Condition("robot pushed aside and turned every 25 s", events=_pushes),
     "calibration": Condition(
         "settings off by 0.2 % of focal length, 0.1 and 0.2 degrees", miscalibrated=True
