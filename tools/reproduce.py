@@ -59,10 +59,10 @@ def drive(name, driver, compare, args, folder):
     plot = figures.path_figure(record, "%s; %s at the wheel" % (summary, _DRIVERS[driver]))
     stem.with_suffix(".png").write_bytes(png(plot))
     if record.pictures:
-        cv2.imwrite(str(folder / ("strip-%s.png" % name)), figures.strip(record))
+        cv2.imwrite(str(folder / ("strip-%s.jpg" % name)), figures.strip(record))
     if record.suspects:
         cv2.imwrite(
-            str(folder / ("suspects-%s-%s.png" % (name, driver))), figures.strip(record, record.suspects)
+            str(folder / ("suspects-%s-%s.jpg" % (name, driver))), figures.strip(record, record.suspects)
         )
     result = score(record).as_dict()
     result.update(condition=name, driver=driver, summary=summary, seconds=field.condition.seconds)

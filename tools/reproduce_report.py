@@ -125,6 +125,7 @@ def _totals(scores):
 
 def write_report(path, scores):
     """Writes the report of these scores, with the pictures that lie beside it."""
+    beside = "" if (path.parent / "method_votes.png").exists() else "../"
     lines = ["# The published experiment, driven again", ""]
     lines += [
         "Three values with slashes are median / 95th percentile / maximum. Frames are rendered; the firmware "
@@ -161,15 +162,15 @@ def write_report(path, scores):
         "The published method on one frame: votes for the centre (its figures 4 and 5) and the sums H(alpha) "
         "from which it reads direction and bits (figure 7).",
         "",
-        "![Votes](method_votes.png)",
+        "![Votes](%smethod_votes.png)" % beside,
         "",
-        "![H(alpha)](method_bits.png)",
+        "![H(alpha)](%smethod_bits.png)" % beside,
         "",
     ]
     for entry in scores:
         names = ["%s-%s.png" % (entry["condition"], entry["driver"])]
         if entry["driver"] == "larics":
-            names.append("strip-%s.png" % entry["condition"])
+            names.append("strip-%s.jpg" % entry["condition"])
         for name in names:
             if (path.parent / name).exists():
                 lines += ["![%s](%s)" % (entry["summary"], name), ""]
