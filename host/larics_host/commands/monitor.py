@@ -75,9 +75,9 @@ def _check(args):
 
 
 def _map_rows(path):
-    from larics_host.camera_settings import read_file
+    from larics_host.mapping.mapfile import read_map
 
-    return read_file(path).get("map", [])
+    return read_map(path).rows()
 
 
 def _show(args, session, stopped):

@@ -1,0 +1,258 @@
+"""`larics map`: where the markers are: made, checked, drawn, built from logs, and given to a camera."""
+
+from pathlib import Path
+
+from larics_host import camera_settings
+from larics_host.errors import UserError
+
+NAME = "map"
+HELP = "make, check, draw and build maps of markers"
+EXAMPLE = """
+larics map create hall.json --marker 3,0,0,0 --marker 5,1500,0,90 --route 3,5,3
+larics map build run.jsonl -o hall.json --anchor 3,0,0,0 --png hall.png
+larics map check hall.json --reach-mm 4000
+larics map draw hall.json -o hall.png
+larics map send hall.json --port /dev/ttyACM0 --save
+"""
+
+EXIT_PROBLEMS = 1
+MISREAD_MOST = 5  # readings
+
+
+def add_arguments(parser):
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+
+    create = _action(actions, "create", "a map from a survey", "the map to write")
+    create.add_argument(
+        "--marker", action="append", default=[], metavar="ID,X,Y,DEG", help="mm, degrees; [,HEIGHT[,RADIUS]]"
+    )
+    create.add_argument(
+        "--csv", metavar="FILE", help="columns id,x_mm,y_mm,heading_deg[,height_mm,radius_mm]"
+    )
+    create.add_argument("--settings", metavar="FILE.json", help="the map and route that these settings have")
+    _route_argument(create)
+    create.add_argument("--force", action="store_true", help="overwrite an existing file")
+
+    check = _action(actions, "check", "every problem of a map and its route; exit code 1 when there is one")
+    check.add_argument("--reach-mm", type=float, default=5000.0, metavar="MM", help="farthest leg (5000)")
+    check.add_argument(
+        "--settings", metavar="FILE.json", help="camera's settings: sizes, heights, IDs in use"
+    )
+    _distance_argument(check)
+
+    draw = _action(actions, "draw", "a picture of a map")
+    draw.add_argument("-o", "--output", required=True, metavar="FILE.png")
+
+    build = actions.add_parser(
+        "build", help="a map from logs in which neighbouring markers are seen together"
+    )
+    build.add_argument("logs", nargs="+", metavar="LOG", help=".jsonl, or .bin of larics log --raw")
+    build.add_argument("-o", "--output", required=True, metavar="MAP.json")
+    build.add_argument("--anchor", metavar="ID,X,Y,DEG", help="where this marker is (the first seen: 0,0,0)")
+    build.add_argument("--repeats", action="store_true", help="IDs stand at several places of the building")
+    build.add_argument("--heights", action="store_true", help="store the markers' measured heights")
+    build.add_argument("--png", metavar="FILE.png", help="draw the result with its links")
+    build.add_argument("--force", action="store_true", help="overwrite an existing file")
+    _route_argument(build)
+    _distance_argument(build)
+
+    send = _action(actions, "send", "give map and route to a camera")
+    camera_settings.add_port_arguments(send)
+    send.add_argument("--save", action="store_true", help="and keep them through a restart")
+
+
+def _action(actions, name, text, what="a map, or settings that hold one"):
+    added = actions.add_parser(name, help=text, description=text)
+    added.add_argument("map", metavar="MAP.json", help=what)
+    return added
+
+
+def _route_argument(parser):
+    parser.add_argument("--route", metavar="ID,ID...", help="IDs in the order of driving")
+
+
+def _distance_argument(parser):
+    parser.add_argument(
+        "--distance",
+        action="append",
+        default=[],
+        metavar="ID,ID,MM",
+        help="measured from centre to centre; may be repeated",
+    )
+
+
+def run(args):
+    return _ACTIONS[args.action](args)
+
+
+def _numbers(text, count, what):
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or any(number != number for number in numbers):
+        raise UserError("%s is not %s" % (text, what))
+    return numbers
+
+
+def _distances(args):
+    found = [_numbers(text, 3, "ID,ID,MM") for text in args.distance]
+    for a, b, mm in found:
+        if a == b or not mm > 0:
+            raise UserError("--distance %d,%d,%g: two markers, and a distance above 0" % (a, b, mm))
+    return [(int(a), int(b), mm) for a, b, mm in found]
+
+
+def _route(args):
+    try:
+        return [int(part) for part in args.route.split(",")] if args.route else []
+    except ValueError:
+        raise UserError("--route %s is no list of IDs, such as 3,5,3" % args.route) from None
+
+
+def _refuse_existing(path, force):
+    if Path(path).exists() and not force:
+        raise UserError("%s exists: choose another name, or --force to overwrite it" % path)
+
+
+def _write_bytes(path, data):
+    try:
+        Path(path).write_bytes(data)
+    except OSError as error:
+        raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
+
+
+def _create(args):
+    from larics_host.mapping import mapfile
+    from larics_host.mapping.check import problems
+
+    _refuse_existing(args.map, args.force)
+    hall = mapfile.Map()
+    if args.settings:
+        hall = mapfile.of_settings(camera_settings.read_file(args.settings), args.settings)
+    if args.csv:
+        hall.markers += mapfile.read_csv(args.csv)
+    hall.markers += [mapfile.parse_marker(text) for text in args.marker]
+    hall.route = _route(args) or hall.route
+    if not hall.markers:
+        raise UserError("a map needs markers: give --marker, --csv or --settings")
+    mapfile.write_map(args.map, hall)
+    print("%d markers written to %s" % (len(hall.markers), args.map))
+    return _tell(problems(hall, float("inf")))
+
+
+def _tell(found):
+    for line in found:
+        print("problem: " + line)
+    return EXIT_PROBLEMS if found else 0
+
+
+def _check(args):
+    from larics_host.mapping.check import problems
+    from larics_host.mapping.mapfile import read_map
+
+    if not args.reach_mm > 0:
+        raise UserError("--reach-mm %g: give a number above 0" % args.reach_mm)
+    hall = read_map(args.map)
+    settings = None
+    if args.settings:
+        known = camera_settings.read_file(args.settings)
+        settings = camera_settings.checked({k: v for k, v in known.items() if k not in ("map", "route")})
+    found = problems(hall, args.reach_mm, _distances(args), settings)
+    if not found:
+        print(
+            "%s: %d markers, route of %d steps: no problem" % (args.map, len(hall.markers), len(hall.route))
+        )
+    return _tell(found)
+
+
+def _draw(args):
+    from larics_host.mapping.draw import draw_map
+    from larics_host.mapping.mapfile import read_map
+
+    hall = read_map(args.map)
+    if not hall.markers:
+        raise UserError("%s has no marker" % args.map)
+    try:
+        _write_bytes(args.output, draw_map(hall, title=args.map))
+    except ValueError as error:
+        raise UserError("%s: %s; larics map check tells more" % (args.map, error)) from None
+    print("drawn to %s" % args.output)
+    return 0
+
+
+def _build(args):
+    import numpy as np
+
+    from larics_host.mapping import mapfile
+    from larics_host.mapping.build import anchored, build
+    from larics_host.mapping.check import problems
+    from larics_host.mapping.links import collect
+    from larics_host.progress import watched
+
+    try:
+        import scipy.optimize  # noqa: F401 (asked for before the logs are read)
+    except ImportError:
+        raise UserError("larics map build needs the Python package scipy: pip install scipy") from None
+    _refuse_existing(args.output, args.force)
+    anchor = _numbers(args.anchor, 4, "ID,X,Y,HEADING") if args.anchor else None
+    given = _distances(args)
+    links = collect(watched(args.logs, len(args.logs), "logs", True), args.repeats)
+    built = build(links, [(_number(links, a), _number(links, b), mm) for a, b, mm in given])
+    first = _number(links, int(anchor[0]), built.poses) if anchor else min(built.poses)
+    poses = anchored(built.poses, first, anchor[1:] if anchor else (0.0, 0.0, 0.0))
+    hall = mapfile.Map(route=_route(args))
+    for number, pose in sorted(poses.items()):
+        place = links.places[number]
+        height = float(np.median(place.heights_mm)) if args.heights else None
+        hall.markers.append(mapfile.Marker(place.id, *map(float, pose), height))
+        print(
+            "marker %3d: x %9.1f y %9.1f mm, heading %6.2f deg, +- %.1f mm, %d readings"
+            % (place.id, *pose, built.sigmas_mm[number], place.seen)
+        )
+    mapfile.write_map(args.output, hall)
+    print("%d links, rms %.2f mm; %d readings refused" % (len(links.links), built.link_rms_mm, links.refused))
+    print("%d markers written to %s" % (len(hall.markers), args.output))
+    if args.png:
+        from larics_host.mapping.draw import draw_map
+
+        lines = [(poses[a][:2], poses[b][:2]) for a, b in links.links if a in poses and b in poses]
+        _write_bytes(args.png, draw_map(hall, lines, "built from %s" % ", ".join(args.logs)))
+    found = []
+    for group in built.untied:
+        # a few readings of an ID that nothing else supports are misread markers, not another one
+        if sum(links.places[k].seen for k in group) < MISREAD_MOST:
+            print("ignored, as misread: marker %s" % _names(links, group))
+        else:
+            found.append("not tied to the rest: marker %s" % _names(links, group))
+    return _tell(found + built.notes + problems(hall, float("inf")))
+
+
+def _names(links, group):
+    return ", ".join("%d (%d readings)" % (links.places[k].id, links.places[k].seen) for k in group)
+
+
+def _number(links, marker_id, among=None):
+    """The number of the only place with this ID."""
+    found = [p.number for p in links.places if p.id == marker_id and (among is None or p.number in among)]
+    if len(found) != 1:
+        count = "no place" if not found else "%d places" % len(found)
+        raise UserError("marker %d: %s in the logs has this ID, one is needed" % (marker_id, count))
+    return found[0]
+
+
+def _send(args):
+    from larics_host.mapping.mapfile import read_map
+
+    hall = read_map(args.map)
+    changes = {"map": hall.rows(), "route": hall.route}
+    camera_settings.checked(changes)
+    with camera_settings.connected(args.port, args.baud) as client:
+        sent = camera_settings.apply(client, camera_settings.read_all(client), changes)
+        if args.save:
+            client.save()
+    print("changed: %s" % ", ".join(sent) if sent else "the camera has this map already")
+    return 0
+
+
+_ACTIONS = {"create": _create, "check": _check, "draw": _draw, "build": _build, "send": _send}

@@ -1,0 +1,74 @@
+"""What no map can be, and what no vehicle can drive: every problem, one line each."""
+
+import math
+
+from larics import settings as setting_rules
+from larics.markermap import MarkerMap, map_reason
+from larics.route import resolve_entries, route_reason
+
+_TOLERANCE_MM = 30.0
+
+
+def problems(hall, reach_mm, distances=(), settings=None):
+    """Lines about a mapfile.Map.
+
+    reach_mm   the farthest that a vehicle drives from marker to marker
+    distances  [(ID, ID, mm)] measured by hand, of IDs that stand in one place
+    settings   larics.settings.Settings with the usual size, the lens's height and the IDs in use
+    """
+    settings = settings or setting_rules.Settings()
+    rules = (settings.allowed_ids, settings.outer_mm10, settings.camera_z_mm10)
+    rows = hall.rows()
+    found = []
+    most = setting_rules.field("map").length
+    if len(rows) > most:
+        found.append("%d markers are more than the %d that a camera holds" % (len(rows), most))
+    alone = [map_reason([row], *rules) for row in rows]
+    found += [reason for reason in alone if reason]
+    sound = [row for row, reason in zip(rows, alone, strict=True) if not reason]
+    for index, row in enumerate(sound):
+        for other in sound[:index]:
+            reason = map_reason([other, row], *rules)
+            if reason:
+                found.append("%s (at %d, %d and %d, %d mm)" % (reason, *other[1:3], *row[1:3]))
+    found += _far_apart(rows, reach_mm)
+    found += _wrong_distances(rows, distances)
+    return found or _bad_route(hall.route, rows, rules, reach_mm)
+
+
+def _apart(a, b):
+    return math.hypot(a[1] - b[1], a[2] - b[2])
+
+
+def _far_apart(rows, reach_mm):
+    for row in rows:
+        others = [_apart(row, other) for other in rows if other is not row]
+        if others and min(others) > reach_mm:
+            yield "marker %d is %.0f mm from the nearest other one, out of reach" % (row[0], min(others))
+
+
+def _wrong_distances(rows, distances):
+    for a, b, mm in distances:
+        first, second = ([row for row in rows if row[0] == marker_id] for marker_id in (a, b))
+        if len(first) != 1 or len(second) != 1:
+            yield "the distance %d-%d: each of the IDs must be in the map once" % (a, b)
+        elif abs(_apart(first[0], second[0]) - mm) > _TOLERANCE_MM:
+            apart = _apart(first[0], second[0])
+            yield "markers %d and %d are %.0f mm apart in the map, %.0f mm as measured" % (a, b, apart, mm)
+
+
+def _bad_route(route, rows, rules, reach_mm):
+    """Problems of the route, over a map that has none."""
+    if not route:
+        return []
+    reason = route_reason(route, rows)
+    if reason:
+        return [reason]
+    entries = resolve_entries(route, MarkerMap(rows, *rules))
+    found = []
+    for step, (a, b) in enumerate(zip(entries[:-1], entries[1:], strict=True), 1):
+        way = _apart(rows[a], rows[b])
+        if way > reach_mm:
+            text = "route step %d: marker %d is %.0f mm from marker %d, out of reach"
+            found.append(text % (step + 1, rows[b][0], way, rows[a][0]))
+    return found

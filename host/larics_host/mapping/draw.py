@@ -1,0 +1,61 @@
+"""The map as a picture: plates true to scale, orientation lines, the route, and what was seen together."""
+
+import math
+
+from larics.marker import LARICS3
+from larics_host.plots import COLOURS, new_figure, png
+
+_USUAL_MM = LARICS3.outer_mm10 / 10
+
+
+def draw_map(hall, links=(), title=""):
+    """PNG of a mapfile.Map; links: [((x, y), (x, y))] to draw as thin lines."""
+    from matplotlib.patches import Circle
+
+    xs = [marker.x_mm for marker in hall.markers]
+    ys = [marker.y_mm for marker in hall.markers]
+    width, height = max(xs) - min(xs) + 1200, max(ys) - min(ys) + 1200
+    scale = 9 / max(width, height)
+    figure = new_figure(max(4.0, width * scale) + 0.8, max(3.0, height * scale) + 0.6)
+    axes = figure.subplots()
+    for (x1, y1), (x2, y2) in links:
+        axes.plot([x1, x2], [y1, y2], color="#9fb0c0", linewidth=0.7, zorder=1)
+    _draw_route(axes, hall)
+    for marker in hall.markers:
+        ring = marker.radius_mm or _USUAL_MM
+        x, y, turn = marker.x_mm, marker.y_mm, math.radians(marker.heading_deg)
+        share = ring / _USUAL_MM
+        plate = share * LARICS3.plate_mm10 / 10
+        axes.add_patch(Circle((x, y), plate, facecolor="white", edgecolor="#9fb0c0", linewidth=0.8, zorder=2))
+        for radius in (ring, share * LARICS3.inner_mm10 / 10):
+            axes.add_patch(Circle((x, y), radius, fill=False, edgecolor="black", linewidth=1.3, zorder=3))
+        end = share * LARICS3.orientation_end_mm10 / 10
+        cos, sin = math.cos(turn), math.sin(turn)
+        axes.plot([x + ring * cos, x + end * cos], [y + ring * sin, y + end * sin], color="black", zorder=3)
+        axes.text(x, y, str(marker.id), ha="center", va="center", fontsize=9, weight="bold", zorder=4)
+    axes.set_xlim(min(xs) - 600, max(xs) + 600)
+    axes.set_ylim(min(ys) - 600, max(ys) + 600)
+    axes.set_aspect("equal")
+    axes.grid(True, linewidth=0.3)
+    axes.set_xlabel("x, mm")
+    axes.set_ylabel("y, mm")
+    axes.set_title(title, fontsize=10)
+    return png(figure, dpi=110)
+
+
+def _draw_route(axes, hall):
+    if not hall.route:
+        return
+    from larics.markermap import MarkerMap
+    from larics.route import resolve_entries
+
+    entries = resolve_entries(hall.route, MarkerMap(hall.rows()))
+    for a, b in zip(entries[:-1], entries[1:], strict=True):
+        begin, end = hall.markers[a], hall.markers[b]
+        axes.annotate(
+            "",
+            (end.x_mm, end.y_mm),
+            (begin.x_mm, begin.y_mm),
+            arrowprops={"arrowstyle": "->", "color": COLOURS[1], "shrinkA": 12, "shrinkB": 12},
+            zorder=5,
+        )

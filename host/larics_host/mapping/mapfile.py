@@ -1,0 +1,169 @@
+"""The map as a file: versioned JSON.
+
+    {"version": 1,
+     "markers": [
+      {"id": 3, "x_mm": 0, "y_mm": 1500.5, "heading_deg": 90.0, "height_mm": null, "radius_mm": null}
+     ],
+     "route": [3, 5, 3]}
+
+Height (of the marker in the vehicle frame) and radius (of the outer ring) may be null or left out: then
+the camera's settings for the ceiling and the size hold.
+"""
+
+import csv
+import json
+import math
+from dataclasses import dataclass, field
+
+from larics import settings as setting_rules
+from larics_host.errors import UserError
+
+VERSION = 1
+_FIELDS = ("id", "x_mm", "y_mm", "heading_deg", "height_mm", "radius_mm")
+_REQUIRED = _FIELDS[:4]
+
+
+@dataclass
+class Marker:
+    """Place and direction in the map frame; height_mm and radius_mm None for those of the settings."""
+
+    id: int
+    x_mm: float
+    y_mm: float
+    heading_deg: float
+    height_mm: float | None = None
+    radius_mm: float | None = None
+
+    def row(self):
+        """The row of the setting `map`."""
+        return [
+            self.id,
+            round(self.x_mm),
+            round(self.y_mm),
+            round(100 * self.heading_deg) % 36000,
+            round(10 * (self.height_mm or 0)),
+            round(10 * (self.radius_mm or 0)),
+        ]
+
+
+@dataclass
+class Map:
+    """Markers in any order, and a route of IDs, which may be empty."""
+
+    markers: list = field(default_factory=list)
+    route: list = field(default_factory=list)
+
+    def rows(self):
+        return [marker.row() for marker in self.markers]
+
+
+def _marker(values, where):
+    """A Marker of a dict of texts or numbers; UserError with `where` in front."""
+    unknown = [name for name in values if name not in _FIELDS]
+    if unknown:
+        raise UserError("%s: unknown %s; a marker has %s" % (where, unknown[0], ", ".join(_FIELDS)))
+    numbers = {}
+    for name in _FIELDS:
+        value = values.get(name)
+        if value in (None, ""):
+            if name in _REQUIRED:
+                raise UserError("%s: %s is missing" % (where, name))
+            numbers[name] = None
+            continue
+        try:
+            numbers[name] = float(value)
+        except (TypeError, ValueError):
+            raise UserError("%s: %s is %r, not a number" % (where, name, value)) from None
+        if isinstance(value, bool) or not math.isfinite(numbers[name]):
+            raise UserError("%s: %s is %r, not a number" % (where, name, value))
+    if numbers["id"] != int(numbers["id"]):
+        raise UserError("%s: id is %r, not a whole number" % (where, values["id"]))
+    numbers["id"] = int(numbers["id"])
+    marker = Marker(**numbers)
+    reason = setting_rules.field("map").reason([marker.row()])
+    if reason:
+        raise UserError("%s: %s" % (where, reason))
+    return marker
+
+
+def parse_marker(text):
+    """A Marker of "ID,X,Y,HEADING[,HEIGHT[,RADIUS]]"."""
+    parts = text.split(",")
+    if not len(_REQUIRED) <= len(parts) <= len(_FIELDS):
+        raise UserError("%s is not ID,X,Y,HEADING with height and radius if need be" % text)
+    return _marker(dict(zip(_FIELDS, parts, strict=False)), text)
+
+
+def _route(ids, where):
+    if not isinstance(ids, list) or not all(type(item) is int and 0 <= item <= 254 for item in ids):
+        raise UserError("%s: the route is a list of IDs" % where)
+    return ids
+
+
+def of_settings(values, where="settings"):
+    """The Map in a dict of settings."""
+    markers = []
+    for row in values.get("map", []):
+        numbers = [row[0], row[1], row[2], row[3] / 100, row[4] / 10 or None, row[5] / 10 or None]
+        markers.append(_marker(dict(zip(_FIELDS, numbers, strict=True)), where))
+    return Map(markers, _route(list(values.get("route", [])), where))
+
+
+def read_map(path):
+    """The Map of a file: of this format, or of settings that hold a map. UserError in one line."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            data = json.load(file)
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    except ValueError:
+        raise UserError("%s is no JSON file" % path) from None
+    if isinstance(data, dict) and "map" in data:
+        from larics_host.camera_settings import read_file
+
+        return of_settings(read_file(path), str(path))
+    if not isinstance(data, dict) or not isinstance(data.get("markers"), list):
+        raise UserError("%s is no map: it has no list of markers" % path)
+    if data.get("version") != VERSION:
+        raise UserError(
+            "%s is a map of version %s, this is version %d" % (path, data.get("version"), VERSION)
+        )
+    markers = []
+    for number, values in enumerate(data["markers"], 1):
+        where = "%s, marker %d" % (path, number)
+        if not isinstance(values, dict):
+            raise UserError("%s: not a table of names and values" % where)
+        markers.append(_marker(values, where))
+    return Map(markers, _route(data.get("route", []), str(path)))
+
+
+def read_csv(path):
+    """Markers of a survey: a CSV with the columns id, x_mm, y_mm, heading_deg and, if need be, the others."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file)
+            return [_marker(row, "%s line %d" % (path, reader.line_num)) for row in reader]
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    except (UnicodeDecodeError, csv.Error):
+        raise UserError("%s is not a CSV text" % path) from None
+
+
+def write_map(path, hall):
+    """Writes a Map, one marker a line."""
+    lines = []
+    for marker in hall.markers:
+        values = {name: getattr(marker, name) for name in _FIELDS}
+        for name in ("x_mm", "y_mm", "heading_deg"):
+            values[name] = round(values[name], 2)
+        lines.append("  " + json.dumps(values))
+    text = '{\n "version": %d,\n "markers": [\n%s\n ],\n "route": %s\n}\n' % (
+        VERSION,
+        ",\n".join(lines),
+        json.dumps(hall.route),
+    )
+    try:
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
