@@ -49,7 +49,8 @@ def source():
     axes = [32768 + round(16384 * f(angle)) for angle in axis for f in (math.cos, math.sin)]
     root = [round(16384 * math.sqrt(1 - (k / 128) ** 2)) for k in range(128)]
     sector = [2 * math.pi * (k + 0.5) / 16 for k in range(4)]
-    harmonics = [128 + round(127 * f(n * angle)) for angle in sector for n in (1, 2) for f in (math.cos, math.sin)]
+    waves = (math.cos, math.sin)
+    harmonics = [128 + round(127 * f(n * angle)) for angle in sector for n in (1, 2) for f in waves]
     tables = [
         literal("QUARTER_SINE_Q14", "sin(pi/2 * k/256) * 2**14, k = 0..256", pack16(quarter)),
         literal(

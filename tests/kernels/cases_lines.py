@@ -43,10 +43,9 @@ def line_crossings(random):
             (36 * 256, 10 * 256, 50000, 1600, 6000, 1500, 300, 3, 5),
             (36 * 256, 30 * 256, 60001, 4000, 256, 600, 100, 3, 5),
         ):
-            cosine, sine = fixed.cos_q14(turn16), fixed.sin_q14(turn16)
             yield (
-                0, 0, 0, frame, fixed.LOG_GREY, WIDTH, HEIGHT, cx, cy, cosine, sine, first, last, window,
-                half_line, clip, least, ints(7, random),
+                0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, cx, cy, turn16, first, last,
+                window, half_line, clip, least, ints(7, random),
             )  # fmt: skip
 
 
@@ -58,11 +57,11 @@ def code_positions(random):
             (10 * 256, 50 * 256, 33000, 256, 40, 2, 256, 256, 200),
             (71 * 256, 30 * 256, 60000, 3000, 900, 10, 500, 60, 5),
         ):
-            cosine, sine = fixed.cos_q14(turn16), fixed.sin_q14(turn16)
-            yield (
-                0, 0, 0, frame, fixed.LOG_GREY, WIDTH, HEIGHT, cx, cy, cosine, sine, first, pitch, radii,
-                window, opening, clip, ints(40, random),
-            )  # fmt: skip
+            for unit in (1, 700, 65535):
+                yield (
+                    0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, cx, cy, turn16, first, pitch,
+                    radii, window, opening, clip, unit, ints(40, random),
+                )  # fmt: skip
 
 
 CASES = {

@@ -20,9 +20,11 @@ def edge_distances(random):
             # half of them near the corner where the farthest centre is
             position = width * height - 1 - random.below(width) if i & 1 else random.below(width * height)
             edges[i] = position | random.below(DIRECTIONS) << 20
-        yield (
-            edges, 0, 0, 0, count, width, cx, cy, reach, half_line, slack, fixed.AXES, ints(count, random)
-        )  # fmt: skip
+        for capacity in (count, 20):
+            yield (
+                edges, 0, 0, 0, count, width, cx, cy, reach, half_line, slack, fixed.AXES,
+                ints(capacity, random), capacity,
+            )  # fmt: skip
 
 
 def choose_radius(random):
@@ -57,7 +59,7 @@ def ring_crossings(random):
             yield (
                 0, 0, 0, frame, fixed.LOG_GREY, width, height, cx, cy, radius, window, step, clip,
                 fixed.ROOT, bulge, -bulge, limit, least, random_bytes(32, random, skipped), 2,
-                ints(128, random, 0, 4000000),
+                ints(64, random, 0, 4000000),
             )  # fmt: skip
     # the largest ring with the widest window, over dark and light halves of the window
     size = 210
@@ -69,7 +71,7 @@ def ring_crossings(random):
                 frame[y * size + x] = 0
     yield (
         0, 0, 0, view(frame), fixed.LOG_GREY, size, size, 105 * 256, 105 * 256, 20480, 5120, 4, 0,
-        fixed.ROOT, 8192, 8192, 32767, 0, bytearray(32), 1, zeros32(128),
+        fixed.ROOT, 8192, 8192, 32767, 0, bytearray(32), 1, zeros32(64),
     )  # fmt: skip
 
 
@@ -81,32 +83,43 @@ def ring_harmonics(random):
         (32767, 8, 40000),
         (0, 3, 1),
     ):
-        sectors = zeros32(128)
-        for sector in range(32):
+        sectors = zeros32(64)
+        for sector in range(16):
             tried = random.between(0, 255)
             counted = random.between(0, tried)
             residual = random.between(-largest, largest)
             if sector & 1:  # a wave of the first two harmonics
-                residual = largest if sector % 16 < 8 else -largest
+                residual = largest if sector % 8 < 4 else -largest
                 counted = tried
             sectors[4 * sector] = tried
             sectors[4 * sector + 1] = tried * random.between(0, 60000)
             sectors[4 * sector + 2] = counted
             sectors[4 * sector + 3] = counted * (32768 + residual)
-        yield 0, 0, 0, sectors, ints(64, random), tables.HARMONICS_8, rounds, floor, ints(9, random)
+        yield 0, 0, 0, sectors, ints(32, random), tables.HARMONICS_4, rounds, floor, ints(9, random)
     # square waves of each harmonic, which make the largest sums
-    for period in (16, 8):
-        sectors = zeros32(128)
-        for sector in range(32):
+    for period in (8, 4):
+        sectors = zeros32(64)
+        for sector in range(16):
             sectors[4 * sector] = sectors[4 * sector + 2] = 1
             sectors[4 * sector + 3] = 65535 if sector // period & 1 else 1
-        yield 0, 0, 0, sectors, zeros32(64), tables.HARMONICS_8, 8, 40000, zeros32(9)
-    yield 0, 0, 0, zeros32(128), zeros32(64), tables.HARMONICS_8, 4, 100, zeros32(9)
+        yield 0, 0, 0, sectors, zeros32(32), tables.HARMONICS_4, 8, 40000, zeros32(9)
+    yield 0, 0, 0, zeros32(64), zeros32(32), tables.HARMONICS_4, 4, 100, zeros32(9)
 
 
 def weak_sectors(random):
-    for first, count, least in ((0, 32, 500), (31, 9, 100), (1000, 0, 5), (17, 64, 0)):
-        yield ints(64, random, 0, 1000), 0, 0, first, count, least
+    for first, count, least in ((0, 16, 500), (15, 3, 100), (1000, 0, 5), (17, 32, 0)):
+        yield ints(32, random, 0, 1000), 0, 0, first, count, least
+
+
+def mean_area(random):
+    for first, count in ((0, 16), (14, 5), (1000, 0), (17, 3)):
+        yield ints(32, random, 0, 70000), 0, 0, first, count
+    yield zeros32(32), 0, 0, 14, 5
+
+
+def skip_half_sectors(random):
+    for bits, angle, reach in ((0, 0, 1640), (15, 65535, 8192), (1, 1000, 0), (10, 40000, 1640)):
+        yield random_bytes(32, random), 0, bits, angle, reach, 1, 2
 
 
 CASES = {
@@ -115,4 +128,6 @@ CASES = {
     "ring_crossings": ring_crossings,
     "ring_harmonics": ring_harmonics,
     "weak_sectors": weak_sectors,
+    "mean_area": mean_area,
+    "skip_half_sectors": skip_half_sectors,
 }
