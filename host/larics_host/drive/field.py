@@ -36,8 +36,8 @@ ASSUMED = (
     "the corner, all of it calibrated",
     "sunny and cloudy are the renderer's presets: 90-170 and 20-40 grey levels of contrast, 3-9 and 33-60 "
     "ms of exposure; the light drifts by 20 % with a period of 40 s",
-    "the ceiling around the markers has tiles, lamps and furniture as the presets draw them, among them rings "
-    "that are no markers; the published experiment's ceiling may have been kinder",
+    "the ceiling around the markers has tiles, lamps and furniture as the presets draw them, among them "
+    "rings that are no markers; the published experiment's ceiling may have been kinder",
     "the vehicle has two driven wheels 300 mm apart, 60 ms of delay, 80 ms of lag, 0.3 % of bias and 2 % of "
     "noise on each wheel's speed",
     "the exposure stays as it is, also when the light is switched",
