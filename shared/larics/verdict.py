@@ -142,15 +142,16 @@ class Judge:
         certain = True
         for position in _BITS:
             depth = (code[5 * position + 2] + code[5 * position + 3]) >> 1
+            glare = max(0, code[5 * position + 4] - level)
+            most = zero_most - (glare >> 1)  # light that is added to a line makes it shallower
             marker_id <<= 1
             if depth >= one_least:
                 marker_id |= 1
                 self._rule(depth - one_least, 80)
-            elif depth > zero_most or code[5 * position + 4] - level > _GLARE or self._erased(lines, rings,
-            position):
+            elif depth > most or glare > _GLARE or self._erased(lines, rings, position):
                 certain = False
             else:
-                self._rule(zero_most - depth, 50)
+                self._rule(most - depth, 50)
         if certain and self.allowed[marker_id]:
             self.marker_id = marker_id
             return ACCEPTED
