@@ -4,7 +4,6 @@ import gc
 import os
 import time
 
-from exposure import Exposure
 from faults import Faults
 from guard import NoWatchdog
 from health import VERSION, Health
@@ -12,15 +11,15 @@ from larics import messages as m
 from larics.commands import Commands
 from larics.encodings import measurement_encoder
 from larics.outbox import Outbox, Uptime
+from larics.parts import make_detector, make_locator, make_navigator
 from larics.protocol import Decoder, Encoder
 from larics.raw import RawSender
+from larics.reports import Reports
 from larics.setting_fields import FIELDS
 from larics.settings import Settings
 from leds import NoLeds
 from link import Link
 from loop import Loop
-from parts import make_detector, make_locator, make_navigator
-from reports import Reports
 
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allow_id0")
 _DETECTOR_SETTINGS += ("tracking", "second_opinion", "confirm_needed", "confirm_frames", "max_tilt_cdeg")
@@ -36,12 +35,13 @@ class App:
     board       its name; unique_id: of the processor, bytes
     keeper      keeper.Keeper of the settings, or None where they cannot be kept
     leds, sentinel, watchdog   see leds, guard; what a PC does not have
+    detector    when it was made already, as long as the heap was in one piece
     banner      line printed on the console in the first seconds, for who has just flashed the board
     """
 
     def __init__(
         self, settings, camera, uart, board, unique_id=b"", keeper=None, faults=None, leds=None,
-        sentinel=None, clock=time,
+        sentinel=None, detector=None, clock=time,
     ):  # fmt: skip
         self.settings = settings
         self.camera = camera
@@ -56,7 +56,9 @@ class App:
         boot = boot[0] << 8 | boot[1]
         self._copy = None
         camera_ok = self._start_camera()
-        self._build_detector()
+        self.detector = detector
+        if detector is None:
+            self._build_detector()
         self._build_locator()
         self._build_exposure()
         self.raw = RawSender()
@@ -127,6 +129,8 @@ class App:
         """The control of the exposure; without it, exposure and gain are those of the settings."""
         self.exposure = None
         if self.settings.exposure == "auto" and getattr(self.camera, "adjustable", True):
+            from exposure import Exposure  # a recording does without
+
             self.exposure = Exposure(self.camera, self.settings)
 
     def _fix_exposure(self):

@@ -10,9 +10,9 @@ more than the file.
 import json
 import sys
 
-from app import App
 from cameras import CameraError
 from cameras.replay import Replay
+from larics.parts import make_detector
 from larics.settings import Settings, field
 from uart_unix import UART
 
@@ -74,7 +74,14 @@ def main(arguments):
             with open(options["settings"]) as file:
                 values = json.load(file)
         values.update(options["set"])
-        app = App(Settings(values), camera, UART(options["port"]), "desk")
+        settings = Settings(values)
+        camera.start()
+        settings.update({"width": camera.width, "height": camera.height})
+        detector = make_detector(settings)
+        # a small heap is not cut up yet: only now comes the rest of the program
+        from app import App
+
+        app = App(settings, camera, UART(options["port"]), "desk", detector=detector)
     except (ValueError, OSError, CameraError) as error:
         _fail(str(error))
     app.run()

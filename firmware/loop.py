@@ -8,9 +8,8 @@ import gc
 import time
 
 from larics import messages as m
-from larics.camera import Measurement
+from larics.measuring import Measuring
 
-_MARKERS_MAX = 8  # reported of one frame
 _STATUS_MS = 1000
 _CAMERA_TIMEOUT_MS = 1000
 _CAMERA_RETRY_MS = 2000
@@ -37,7 +36,8 @@ class Loop:
     def __init__(self, parts, camera_ok=True, clock=time):
         self._parts = parts
         self._clock = clock
-        self._measurements = [Measurement() for _ in range(_MARKERS_MAX)]
+        self._measuring = Measuring()
+        self._measurements = self._measuring.measurements
         self._skipped = 0
         now_ms = clock.ticks_ms()
         self._seen_ms = now_ms
@@ -168,7 +168,8 @@ class Loop:
             parts.faults.report(m.FAULT_DETECT)
             return False
         detect_us = clock.ticks_diff(clock.ticks_us(), start_us)
-        count = self._locate(found)
+        count = self._measuring.locate(found, parts.settings, parts.locator, parts.navigator)
+        parts.health.rejects = (parts.health.rejects + self._measuring.rejected) & m.COUNT_MAX
         parts.health.frame_done(count, detect_us)
         self._update_state(count)
         if parts.outbox.begin():
@@ -186,35 +187,6 @@ class Loop:
             gc.collect()
         except Exception:
             parts.faults.report(m.FAULT_CAMERA)
-
-    def _locate(self, found):
-        """Puts the detections that may be reported in place; returns how many."""
-        parts, measurements = self._parts, self._measurements
-        health = parts.health
-        count = 0
-        for detection in found:
-            if count == _MARKERS_MAX:
-                break
-            measurement = measurements[count]
-            if self._place(detection, measurement) and self._is_allowed(measurement.marker_id):
-                count += 1
-            else:
-                health.rejects = (health.rejects + 1) & m.COUNT_MAX
-        return count
-
-    def _place(self, detection, measurement):
-        """Size and height of a marker are those of the map, if it says so, else of the settings."""
-        parts = self._parts
-        outer_mm10, z_mm10 = parts.settings.outer_mm10, 0
-        if parts.navigator is not None:
-            marker_id = parts.locator.read_id(detection.marker_id)
-            outer_mm10 = parts.navigator.outer_mm10(marker_id)
-            z_mm10 = parts.navigator.z_mm10(marker_id)
-        return parts.locator.locate(detection, measurement, outer_mm10, z_mm10)
-
-    def _is_allowed(self, marker_id):
-        allowed = self._parts.settings.allowed_ids
-        return marker_id < 0 or not allowed or marker_id in allowed
 
     def _update_state(self, count):
         parts, clock = self._parts, self._clock

@@ -88,6 +88,7 @@ class Replay:
         self._clock = clock
         self._exposure_us, self._gain_cdb = 1000, 0
         self._source = None
+        self.frame = None
 
     def start(self):
         if not isinstance(self._frames, str):
@@ -97,7 +98,8 @@ class Replay:
         else:
             self._source = _Pictures(self._frames)
         self.width, self.height = self._source.width, self._source.height
-        self.frame = bytearray(self.width * self.height)
+        if self.frame is None or len(self.frame) != self.width * self.height:
+            self.frame = bytearray(self.width * self.height)
         self.frame_number = -1
         self.skipped = 0
         self.ended = False

