@@ -40,6 +40,25 @@ def test_frames_of_a_camera_with_the_messages_about_them(tmp_path, capsys):
     settings = json.loads((tmp_path / "seen" / "settings.json").read_text())
     assert settings["focal_q8"] == 300 * 256 and len(settings["map"]) == 2
 
+    # the very same frames here: the board's messages are those of this computer
+    log = tmp_path / "seen" / "messages.jsonl"
+    compare = ["validate", str(tmp_path / "seen"), "--settings", str(tmp_path / "seen" / "settings.json")]
+    page = tmp_path / "report.html"
+    assert cli.main([*compare, "--board", str(log), "--report", str(page)]) == 0
+    assert "board: 3 of 3 frames reported alike; 0 not in the log" in capsys.readouterr().out
+    assert "3 of 3 frames reported alike" in page.read_text()
+    number = int(seen[1].stem.split("_")[1])
+    for one in records:
+        if one["message"] == "MARKER" and one["frame"] == number:
+            one["x_mm10"] += 1
+    log.write_text("".join(json.dumps(one) + "\n" for one in records))
+    assert cli.main([*compare, "--board", str(log), "--json", str(tmp_path / "r.json")]) == 1
+    result = json.loads((tmp_path / "r.json").read_text())["board"]
+    assert (result["compared"], result["equal"]) == (3, 2)
+    (difference,) = result["differences"]
+    assert difference["field"] == "x_mm10" and difference["board"] == difference["host"] + 1
+    assert "marker 0 x_mm10: board" in capsys.readouterr().out
+
 
 def test_frames_of_a_stream_with_a_log_beside(tmp_path, capsys):
     pictures = [plain_frame(k, heading_deg=40 * k) for k in (1, 2, 3)]

@@ -142,6 +142,12 @@ def test_processes_give_the_same_as_one(folder):
         (["frames", "--detections", "frames/truth.csv"], "truth.csv line 1 is not from larics detect"),
         (["frames", "--detections", "frames/f0.pgm"], "f0.pgm is not from larics detect"),
         (["frames", "--detections", "other.jsonl"], "other has none of the frames that the truth names"),
+        (["frames", "--board", "none.jsonl"], "--board needs the --settings"),
+        (["frames", "--board", "none.jsonl", "--settings", "s.json"], "cannot read none.jsonl"),
+        (
+            ["frames", "--board", "other.jsonl", "--settings", "s.json"],
+            "other.jsonl line 1 is not from larics log",
+        ),
         (["frames", "--min-detected", "-1"], "--min-detected -1"),
         (["frames", "--jobs", "0"], "--jobs 0"),
         (["frames", "--worst", "-3"], "--worst -3"),
@@ -151,6 +157,7 @@ def test_processes_give_the_same_as_one(folder):
 )
 def test_bad_input_is_one_line(argv, part, folder, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.json").write_text("{}")
     (tmp_path / "other.jsonl").write_text('{"frame": "x.pgm", "detections": []}\n')
     assert validate(*argv) == 2
     err = capsys.readouterr().err

@@ -13,10 +13,12 @@ EXAMPLE = """
 larics validate frames --radius-px 25:36 --report report.html    # frames of larics simulate -o frames
 larics validate frames --radius-px 25:36 --against paper --min-detected 99 --max-wrong 0
 larics validate frames --detections new.jsonl --against old.jsonl
+larics validate seen --board seen/messages.jsonl --settings seen/settings.json
 """
 
 EXIT_FAILED = 1
 _WORST_ZOOM = 2
+_DIFFERENCES_SHOWN = 10
 
 
 def add_arguments(parser):
@@ -31,6 +33,13 @@ def add_arguments(parser):
     parser.add_argument(
         "--against", metavar="WHAT", help="compare with another method, or with another such FILE.jsonl"
     )
+    parser.add_argument(
+        "--board",
+        metavar="LOG.jsonl",
+        help="compare the board's messages about these frames, of larics log or record, with those that this "
+        "computer makes of them; takes no truth; exit code 1 when any differs",
+    )
+    parser.add_argument("--settings", metavar="FILE.json", help="the board's settings at that time")
     parser.add_argument("--report", metavar="FILE.html", help="write a report with pictures, in one file")
     parser.add_argument("--json", metavar="FILE", help="write all figures as JSON, - for standard output")
     parser.add_argument("--worst", metavar="N", type=int, default=12, help="frames shown in the report (12)")
@@ -44,24 +53,48 @@ def add_arguments(parser):
 
 
 def run(args):
-    from larics_host.truth import by_frame, read_truth
-    from larics_host.validation import outcome
-
     options = detection_options.from_args(args)
     if args.worst < 0:
         raise UserError("--worst %d: give 0 or more" % args.worst)
+    thresholds = _thresholds(args)
+    board = _compare_with_board(args) if args.board else None
+    outcomes, judged, comparison, truths = [], [], None, {}
+    if not args.board or (Path(args.folder) / "truth.csv").exists():
+        outcomes, judged, comparison, truths = _validate(args, options, thresholds)
+    elif any(limit is not None for limit in thresholds.values()) or args.against or args.detections:
+        raise UserError("%s has no truth.csv: only --board can be done without" % args.folder)
+    if args.json:
+        _write_json(args, outcomes, judged, comparison, board)
+    if args.report:
+        _write_report(args, outcomes, judged, comparison, board, truths)
+    _print(outcomes, judged, board, sys.stderr if args.json == "-" else sys.stdout)
+    passed = all(one["passed"] for one in judged) and not (board and board["differences"])
+    return 0 if passed else EXIT_FAILED
+
+
+def _validate(args, options, thresholds):
+    from larics_host.truth import by_frame, read_truth
+    from larics_host.validation import outcome
+
     truths = by_frame(read_truth(args.folder))
     outcomes = [outcome.Outcome(detections, truths) for detections in _gather(args, options)]
-    first = outcomes[0]
     comparison = outcome.compare(*outcomes) if len(outcomes) > 1 else None
-    thresholds = {limit.option: _threshold(args, limit.option) for limit in outcome.LIMITS}
-    judged = outcome.judge(first.figures(), thresholds)
-    if args.json:
-        _write_json(args, outcomes, judged, comparison)
-    if args.report:
-        _write_report(args, outcomes, judged, comparison, truths)
-    _print(outcomes, judged, sys.stderr if args.json == "-" else sys.stdout)
-    return 0 if all(one["passed"] for one in judged) else EXIT_FAILED
+    return outcomes, outcome.judge(outcomes[0].figures(), thresholds), comparison, truths
+
+
+def _compare_with_board(args):
+    from larics_host.camera_settings import checked, read_file
+    from larics_host.validation.board import compare_messages
+
+    if not args.settings:
+        raise UserError("--board needs the --settings that the board had: larics settings export writes them")
+    return compare_messages(args.folder, args.board, checked(read_file(args.settings)))
+
+
+def _thresholds(args):
+    from larics_host.validation.outcome import LIMITS
+
+    return {limit.option: _threshold(args, limit.option) for limit in LIMITS}
 
 
 def _threshold(args, option):
@@ -92,7 +125,7 @@ def _gather(args, options):
     return found
 
 
-def _write_json(args, outcomes, judged, comparison):
+def _write_json(args, outcomes, judged, comparison, board):
     methods = []
     for one in outcomes:
         rows, columns, counts = one.matrix()
@@ -102,6 +135,8 @@ def _write_json(args, outcomes, judged, comparison):
     result = {"version": 1, "folder": args.folder, "methods": methods, "thresholds": judged}
     if comparison:
         result["comparison"] = comparison
+    if board:
+        result["board"] = board
     text = json.dumps(result, indent=1) + "\n"
     if args.json == "-":
         sys.stdout.write(text)
@@ -131,20 +166,29 @@ def _pictures(args, outcome, truths):
     return [drawn[name] for name in wanted if name in drawn]
 
 
-def _write_report(args, outcomes, judged, comparison, truths):
+def _write_report(args, outcomes, judged, comparison, board, truths):
     from larics import __version__
     from larics_host.validation.report import write_report
 
-    first = outcomes[0]
-    note = "%d frames of %s, larics %s" % (first.tally.frames, args.folder, __version__)
-    pictures = _pictures(args, first, truths)
+    frames = outcomes[0].tally.frames if outcomes else board["frames"]
+    note = "%d frames of %s, larics %s" % (frames, args.folder, __version__)
+    pictures = _pictures(args, outcomes[0], truths) if outcomes else ()
     try:
-        write_report(args.report, "Validation", note, outcomes, judged, comparison, pictures=pictures)
+        write_report(args.report, "Validation", note, outcomes, judged, comparison, board, pictures)
     except OSError as error:
         raise UserError("cannot write %s: %s" % (args.report, error.strerror)) from error
 
 
-def _print(outcomes, judged, file):
+def _print(outcomes, judged, board, file):
+    if outcomes:
+        _print_figures(outcomes, judged, file)
+    if board:
+        print("board: " + board["summary"], file=file)
+        for one in board["differences"][:_DIFFERENCES_SHOWN]:
+            print("  %(frame)s marker %(index)d %(field)s: board %(board)s, here %(host)s" % one, file=file)
+
+
+def _print_figures(outcomes, judged, file):
     from larics_host.validation.report import figure_rows
 
     print(("%-36s" + "%18s" * len(outcomes)) % ("", *(one.label for one in outcomes)), file=file)

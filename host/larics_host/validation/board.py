@@ -1,0 +1,126 @@
+"""What a board reported of frames, against what this computer makes of the same frames, message by message.
+
+Both run the same code; whatever differs is a fault of a compiler, an interpreter or a memory. Frame numbers
+in the names of the files (frame_<number>.pgm) say which message belongs to which frame, else their order.
+Settings that make a frame depend on those before (tracking, confirm_needed) need all frames of the run.
+"""
+
+from larics import messages as m
+from larics import protocol
+from larics.measuring import Measuring
+from larics.parts import make_detector, make_locator, make_navigator
+from larics.reports import Reports
+from larics_host.errors import UserError
+from larics_host.frame_folder import number_of
+from larics_host.frames import open_frames
+from larics_host.progress import watched
+from larics_host.recording import read_records
+from larics_host.validation.sources import base_name
+
+_NAMES = [field[0] for field in protocol.fields(m.MARKER)]
+COMPARED = [name for name in _NAMES if name not in ("frame", "age_us")]
+
+
+class _Kept:
+    """In place of an outbox: keeps the messages of a frame as dicts."""
+
+    def __init__(self):
+        self.messages = []
+
+    def add(self, number, values):
+        self.messages.append(dict(zip(_NAMES, values, strict=False)))
+
+
+class HostRun:
+    """Does with a frame what the firmware does. settings: larics.settings.Settings; ValueError as there."""
+
+    def __init__(self, settings):
+        self._settings = settings
+        self._detector = make_detector(settings)
+        self._locator = make_locator(settings)
+        self._navigator = make_navigator(settings)
+        self._measuring = Measuring()
+
+    def messages(self, number, frame):
+        """The MARKER messages of a frame as dicts, without a meaningful age."""
+        found = self._detector.detect(frame)
+        count = self._measuring.locate(found, self._settings, self._locator, self._navigator)
+        kept = _Kept()
+        reports = Reports(kept)
+        if not count:
+            reports.no_marker(number, 0)
+        for index in range(count):
+            measurement = self._measuring.measurements[index]
+            reports.marker(number, 0, index, count, measurement, self._settings.focal_q8 > 0)
+        return kept.messages
+
+
+def _reported(path):
+    """{frame number: list of MARKER messages} of a log."""
+    frames = {}
+    for record in read_records(path):
+        if record["message"] == "MARKER":
+            if any(name not in record for name in _NAMES):
+                raise UserError("%s is not from larics log" % path)
+            frames.setdefault(record["frame"], []).append(record)
+    if not frames:
+        raise UserError("%s has no marker message" % path)
+    return frames
+
+
+def compare_messages(folder, log, settings):
+    """The comparison as a JSON-able dict: frames, compared, equal, unreported, differences and a summary.
+
+    differences: [{frame, index, field, board, host}], field "count" when the number of markers differs.
+    """
+    reported = _reported(log)
+    run = None
+    differences, unreported = [], []
+    frames = compared = equal = 0
+    for order, (name, frame) in enumerate(watched(open_frames([folder]), label="frames", quiet_stdout=True)):
+        number = number_of(base_name(name))
+        number = order if number is None else number
+        if run is None:
+            run = _begin(settings, frame)
+        if frame.shape != (settings.height, settings.width):
+            raise UserError("%s is of another size than the frames before" % name)
+        here = run.messages(number, frame)
+        frames += 1
+        if number not in reported:
+            unreported.append(base_name(name))
+            continue
+        compared += 1
+        found = _differences(base_name(name), reported[number], here)
+        equal += not found
+        differences += found
+    if not compared:
+        raise UserError("%s reports none of the frames in %s" % (log, folder))
+    return {
+        "frames": frames,
+        "compared": compared,
+        "equal": equal,
+        "unreported": unreported,
+        "differences": differences,
+        "summary": "%d of %d frames reported alike; %d not in the log" % (equal, compared, len(unreported)),
+    }
+
+
+def _begin(settings, frame):
+    height, width = frame.shape
+    try:
+        settings.update({"width": width, "height": height})
+        return HostRun(settings)
+    except ValueError as error:
+        raise UserError("the settings do not suit frames of %d x %d: %s" % (width, height, error)) from None
+
+
+def _differences(frame, board, host):
+    if len(board) != len(host):
+        text = {"frame": frame, "index": 0, "field": "count"}
+        return [dict(text, board=len(board), host=len(host))]
+    return [
+        {"frame": frame, "index": k, "field": name, "board": one[name], "host": other[name]}
+        for k, (one, other) in enumerate(zip(board, host, strict=True))
+        for name in COMPARED
+        if one[name] != other[name]
+    ]
