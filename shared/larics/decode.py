@@ -70,7 +70,7 @@ class LineReader:
         self.code = array("i", bytes(20 * POSITIONS))
         self.code_inside = 1
         self.angle_turn16 = self.rivals = self.line_q8 = self.slope_q10 = self.deviation_q10 = 0
-        self.gap_q8 = self.second_q8 = self.line_depth = self.slope_most_q10 = 0
+        self.gap_q8 = self.second_q8 = self.slope_most_q10 = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -107,7 +107,6 @@ class LineReader:
                 if self.rivals == 1:
                     best_q8 = self.line_q8
                     best_turn16 = self.angle_turn16
-                    self.line_depth = picks[2 * index + 1] // _SAMPLES
                     if found > index + 1:
                         self.second_q8 = (picks[2 * index + 3] << 8) // picks[2 * index + 1]
                     else:
