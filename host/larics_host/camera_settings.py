@@ -4,6 +4,7 @@ import contextlib
 import json
 
 from larics import settings as setting_rules
+from larics_host import files
 from larics_host.client import Client
 from larics_host.errors import UserError
 from larics_host.link import LinkLost, SerialSource
@@ -101,13 +102,7 @@ def parse_value(name, text):
 
 def read_file(path):
     """{name: value} of the settings in a JSON file, the version left out; the values are those allowed."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            values = json.load(file)
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except ValueError:
-        raise UserError("%s is no JSON file" % path) from None
+    values = files.read_json(path)
     if not isinstance(values, dict):
         raise UserError("%s is no table of names and values" % path)
     try:
@@ -122,8 +117,4 @@ def write_file(path, values):
     """Writes all settings, those not in `values` with their defaults, one a line."""
     complete = checked(values).as_dict()
     lines = ["%s: %s" % (json.dumps(name), json.dumps(complete[name])) for name in sorted(complete)]
-    try:
-        with open(path, "w", encoding="utf-8") as file:
-            file.write("{\n " + ",\n ".join(lines) + "\n}\n")
-    except OSError as error:
-        raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
+    files.write_file(path, "{\n " + ",\n ".join(lines) + "\n}\n")

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from larics_host.errors import UserError
+from larics_host.files import write_file
 from larics_host.stills import encode_pgm
 
 _NAME = re.compile(r"frame_(\d+)\.pgm")
@@ -36,7 +37,4 @@ def number_of(name):
 
 def write_frame(path, frame):
     """Writes a 2-D uint8 array as PGM. UserError when that fails."""
-    try:
-        Path(path).write_bytes(encode_pgm(frame))
-    except OSError as error:
-        raise UserError("cannot write %s: %s" % (path, error.strerror)) from None
+    write_file(path, encode_pgm(frame))

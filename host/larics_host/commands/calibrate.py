@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from larics_host import camera_settings, detection_options
+from larics_host import camera_settings, detection_options, files
 from larics_host.errors import UserError
 
 NAME = "calibrate"
@@ -96,8 +96,8 @@ def _check(args):
         raise UserError("--send needs the --port of the camera")
     if args.settings and args.port and not args.send:
         raise UserError("--settings and --port both say what is known: give one of them")
-    if args.output and Path(args.output).exists() and not args.force:
-        raise UserError("%s exists: choose another name, or --force to overwrite it" % args.output)
+    if args.output:
+        files.refuse_existing(args.output, args.force)
 
 
 def _known(args):
@@ -214,10 +214,7 @@ class _Calibration:
 
         path = Path(self.args.plot)
         path = path.with_name(path.stem + suffix + (path.suffix or ".png"))
-        try:
-            path.write_bytes(draw(plots))
-        except OSError as error:
-            raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
+        files.write_file(path, draw(plots))
 
 
 _NAMES = {

@@ -59,13 +59,10 @@ class _Drawings:
         import cv2
 
         from larics_host.drawing import draw_detections
+        from larics_host.files import write_file
 
         data = cv2.imencode(".png", draw_detections(frame, found))[1].tobytes()
-        path = self._path(name)
-        try:
-            path.write_bytes(data)
-        except OSError as error:
-            raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
+        write_file(self._path(name), data)
 
 
 class _Table:

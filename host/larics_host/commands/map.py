@@ -1,8 +1,6 @@
 """`larics map`: where the markers are: made, checked, drawn, built from logs, and given to a camera."""
 
-from pathlib import Path
-
-from larics_host import camera_settings
+from larics_host import camera_settings, files
 from larics_host.errors import UserError
 
 NAME = "map"
@@ -110,23 +108,11 @@ def _route(args):
         raise UserError("--route %s is no list of IDs, such as 3,5,3" % args.route) from None
 
 
-def _refuse_existing(path, force):
-    if Path(path).exists() and not force:
-        raise UserError("%s exists: choose another name, or --force to overwrite it" % path)
-
-
-def _write_bytes(path, data):
-    try:
-        Path(path).write_bytes(data)
-    except OSError as error:
-        raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
-
-
 def _create(args):
     from larics_host.mapping import mapfile
     from larics_host.mapping.check import problems
 
-    _refuse_existing(args.map, args.force)
+    files.refuse_existing(args.map, args.force)
     hall = mapfile.Map()
     if args.settings:
         hall = mapfile.of_settings(camera_settings.read_file(args.settings), args.settings)
@@ -174,7 +160,7 @@ def _draw(args):
     if not hall.markers:
         raise UserError("%s has no marker" % args.map)
     try:
-        _write_bytes(args.output, draw_map(hall, title=args.map))
+        files.write_file(args.output, draw_map(hall, title=args.map))
     except ValueError as error:
         raise UserError("%s: %s; larics map check tells more" % (args.map, error)) from None
     print("drawn to %s" % args.output)
@@ -194,7 +180,7 @@ def _build(args):
         import scipy.optimize  # noqa: F401 (asked for before the logs are read)
     except ImportError:
         raise UserError("larics map build needs the Python package scipy: pip install scipy") from None
-    _refuse_existing(args.output, args.force)
+    files.refuse_existing(args.output, args.force)
     anchor = _numbers(args.anchor, 4, "ID,X,Y,HEADING") if args.anchor else None
     given = _distances(args)
     links = collect(watched(args.logs, len(args.logs), "logs", True), args.repeats)
@@ -217,7 +203,7 @@ def _build(args):
         from larics_host.mapping.draw import draw_map
 
         lines = [(poses[a][:2], poses[b][:2]) for a, b in links.links if a in poses and b in poses]
-        _write_bytes(args.png, draw_map(hall, lines, "built from %s" % ", ".join(args.logs)))
+        files.write_file(args.png, draw_map(hall, lines, "built from %s" % ", ".join(args.logs)))
     found = []
     for group in built.untied:
         # a few readings of an ID that nothing else supports are misread markers, not another one

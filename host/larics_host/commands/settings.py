@@ -2,7 +2,6 @@
 
 import json
 import sys
-from pathlib import Path
 
 from larics_host.errors import UserError
 
@@ -50,6 +49,7 @@ def add_arguments(parser):
 
 def run(args):
     from larics_host import camera_settings as tools
+    from larics_host.files import refuse_existing
 
     # what can be wrong without the camera is told before it is asked
     file = tools.read_file(args.file) if args.action in ("restore", "check") else None
@@ -59,8 +59,8 @@ def run(args):
     if args.action == "diff" and args.file:
         file = tools.read_file(args.file)
     changes = _changes(args.changes, tools) if args.action == "set" else file
-    if args.action == "export" and Path(args.file).exists() and not args.force:
-        raise UserError("%s exists: choose another name, or --force to overwrite it" % args.file)
+    if args.action == "export":
+        refuse_existing(args.file, args.force)
     if args.action == "get":
         _check_names(args.names)
     with tools.connected(args.port, args.baud) as client:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from larics_host import detection_options, detectors
 from larics_host.errors import UserError
+from larics_host.files import write_file
 
 NAME = "validate"
 HELP = "hold detections against the truth: rates, errors, confusion, worst frames"
@@ -141,10 +142,7 @@ def _write_json(args, outcomes, judged, comparison, board):
     if args.json == "-":
         sys.stdout.write(text)
         return
-    try:
-        Path(args.json).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise UserError("cannot write %s: %s" % (args.json, error.strerror)) from error
+    write_file(args.json, text)
 
 
 def _pictures(args, outcome, truths):
@@ -173,10 +171,7 @@ def _write_report(args, outcomes, judged, comparison, board, truths):
     frames = outcomes[0].tally.frames if outcomes else board["frames"]
     note = "%d frames of %s, larics %s" % (frames, args.folder, __version__)
     pictures = _pictures(args, outcomes[0], truths) if outcomes else ()
-    try:
-        write_report(args.report, "Validation", note, outcomes, judged, comparison, board, pictures)
-    except OSError as error:
-        raise UserError("cannot write %s: %s" % (args.report, error.strerror)) from error
+    write_report(args.report, "Validation", note, outcomes, judged, comparison, board, pictures)
 
 
 def _print(outcomes, judged, board, file):

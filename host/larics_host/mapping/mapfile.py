@@ -16,6 +16,7 @@ import math
 from dataclasses import dataclass, field
 
 from larics import settings as setting_rules
+from larics_host import files
 from larics_host.errors import UserError
 
 VERSION = 1
@@ -111,13 +112,7 @@ def of_settings(values, where="settings"):
 
 def read_map(path):
     """The Map of a file: of this format, or of settings that hold a map. UserError in one line."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            data = json.load(file)
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except ValueError:
-        raise UserError("%s is no JSON file" % path) from None
+    data = files.read_json(path)
     if isinstance(data, dict) and "map" in data:
         from larics_host.camera_settings import read_file
 
@@ -162,8 +157,4 @@ def write_map(path, hall):
         ",\n".join(lines),
         json.dumps(hall.route),
     )
-    try:
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
+    files.write_file(path, text)

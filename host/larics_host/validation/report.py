@@ -4,6 +4,7 @@ import base64
 import html
 
 from larics_host import plots
+from larics_host.files import write_file
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1c2733; margin: 2em auto; max-width: 68em; }
@@ -129,7 +130,7 @@ def write_report(path, title, note, outcomes, judged=(), comparison=None, board=
 
     outcomes   list of Outcome;  judged  of outcome.judge;  comparison  of outcome.compare
     board      of board.compare_messages;  pictures  [(JPEG bytes, caption)] of the worst frames
-    OSError when it cannot be written, UserError without matplotlib.
+    UserError when it cannot be written, and without matplotlib.
     """
     parts = ["<h1>%s</h1><p class=note>%s</p>" % (_escape(title), _escape(note))]
     if judged:
@@ -158,5 +159,4 @@ def write_report(path, title, note, outcomes, judged=(), comparison=None, board=
         _escape(title),
         _STYLE,
     )
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(page + "</head><body>" + "".join(parts) + "</body></html>\n")
+    write_file(path, page + "</head><body>" + "".join(parts) + "</body></html>\n")
