@@ -148,6 +148,9 @@ def write_report(path, scores):
         "push until the next marker is left; without pushes, the time between two markers left that do not "
         "follow each other in the route.",
         "",
+        "The last row is driven with settings that are off by as much as a good calibration may leave: such an "
+        "error is the same in every frame, so the reported sigma does not contain it.",
+        "",
         *_totals(scores),
         "## What was assumed where the publication is silent",
         "",

@@ -7,6 +7,7 @@ LOST      nothing to go by; the numbers are the last known ones
 A marker that cannot be is never believed silently. One that is not in the map, that has the wrong size
 for its height, or that would put the vehicle where it cannot have come, is refused and named by `fault`.
 Only when several frames in a row agree on the new place, was the vehicle really moved there.
+Sigma is the scatter of the measurements; errors of calibration and map, which do not scatter, come on top.
 All values stay within +-2**30 and a frame allocates nothing.
 """
 
