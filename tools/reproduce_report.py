@@ -148,8 +148,8 @@ def write_report(path, scores):
         "push until the next marker is left; without pushes, the time between two markers left that do not "
         "follow each other in the route.",
         "",
-        "The last row is driven with settings that are off by as much as a good calibration may leave: such an "
-        "error is the same in every frame, so the reported sigma does not contain it.",
+        "The last row is driven with settings that are off by as much as a good calibration may leave: such "
+        "an error is the same in every frame, so the reported sigma does not contain it.",
         "",
         *_totals(scores),
         "## What was assumed where the publication is silent",
@@ -162,7 +162,7 @@ def write_report(path, scores):
         "",
         "## Pictures",
         "",
-        "The published method on one frame: votes for the centre (its figures 4 and 5) and the sums H(alpha) "
+        "The published method on one frame: votes for the centre (its figures 4 and 5) and the sums "
         "from which it reads direction and bits (figure 7).",
         "",
         "![Votes](%smethod_votes.png)" % beside,
