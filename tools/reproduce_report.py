@@ -163,7 +163,7 @@ def write_report(path, scores):
         "## Pictures",
         "",
         "The published method on one frame: votes for the centre (its figures 4 and 5) and the sums "
-        "from which it reads direction and bits (figure 7).",
+        "H(alpha) from which it reads direction and bits (figure 7).",
         "",
         "![Votes](%smethod_votes.png)" % beside,
         "",
