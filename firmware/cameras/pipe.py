@@ -49,7 +49,7 @@ class FrameClock:
 
 
 class Pipe:
-    """A camera driver; `path` of a named pipe or any other stream of frames. grab() waits for the next one."""
+    """A camera driver; `path` of a named pipe or another stream of frames. grab() waits for the next one."""
 
     def __init__(self, path, latency_us=15000):
         self._path = path

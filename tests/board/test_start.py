@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 
 sys.path.insert(0, __file__.rsplit("/", 1)[0] + "/fakes")
 
@@ -55,6 +56,7 @@ def boot(rounds=30, ending=None):
 
     def step(self):
         csi.world.complete()
+        time.sleep_ms(3)  # so that the line, which takes its time, carries something
         count[0] += 1
         if count[0] > rounds:
             raise ending or machine.Reset()

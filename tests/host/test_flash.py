@@ -4,6 +4,7 @@ real FAT file system as its flash, which survives a loss of power."""
 import hashlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -26,10 +27,13 @@ RT1062 = "OMVRT1060 32768 SDRAM"
 
 # a program of the same form as the real one, small enough to be flashed often
 START = """
+import time
 import larics
 from larics import part
 def main():
-    print("larics %s runs on OpenMV RT1062, " % larics.__version__ + part.NAME)
+    for _ in range(12):
+        print("larics %s runs on OpenMV RT1062, " % larics.__version__ + part.NAME)
+        time.sleep_ms(50)
 """
 
 
@@ -64,13 +68,13 @@ class Board:
         self._console.wait(timeout=10)
         self._console.stdout.close()
 
-    def boots(self, text="stand-in board"):
-        """Restarts the board; what it says while it starts."""
+    def boots(self):
+        """Restarts the board; what it says until a program has given its name."""
         self.power_off()
         with serial.Serial(self.port, 115200, timeout=0.1) as console:
             self.power_on()
             data, end_s = b"", time.monotonic() + 15
-            while text.encode() not in data and time.monotonic() < end_s:
+            while not re.search(rb"RT1062, \w+\s", data) and time.monotonic() < end_s:
                 data += console.read(512)
         return data.decode("utf-8", "replace")
 

@@ -8,8 +8,8 @@ except ImportError:
 
 @micropython.viper
 def count_greys(
-    frame: ptr8, counts: ptr16, place: int, row: int, width: int, left: int, top: int, right: int, bottom: int,
-    step: int,
+    frame: ptr8, counts: ptr16, place: int, row: int, width: int, left: int, top: int, right: int,
+    bottom: int, step: int,
 ):  # fmt: skip
     """Counts every step-th pixel of columns left..right-1 and rows top..bottom-1 in counts[grey >> 2].
 
