@@ -15,7 +15,7 @@ from larics_host.frames import STILL_EXTENSIONS, list_sources, read_source
 
 _BLOCK = 16  # frames handed to a process at a time
 _AHEAD = 4  # blocks a process that may wait
-_POOL_FROM = 1500  # frames from which starting processes pays
+_POOL_FROM = 6000  # frames from which starting processes pays
 _STREAM_FRAME_BYTES = 60_000  # a guess of what a frame of a stream takes
 
 

@@ -22,6 +22,7 @@ from larics_host.receiver import Receiver, wire_bytes
 from larics_host.recording import Pacer, Piece, read_pieces
 from tests.host.test_dual import ROOT
 from tests.host.test_log import larics, marker_values, rows, status_values, wait_for_lines, wire, write_all
+from tests.host.test_monitor import firmware
 
 NOISE = b"\x07garbage\x00\x00"
 
@@ -143,6 +144,20 @@ def test_over_a_serial_port(log, tmp_path):
         logging.send_signal(signal.SIGINT)
         logging.communicate(timeout=20)
     assert (tmp_path / "again.bin").read_bytes() == messages()
+
+
+def test_the_log_of_a_real_firmware_comes_again_byte_for_byte(tmp_path):
+    with firmware(tmp_path) as (device, _):
+        logging = larics("log", "--port", device, "-o", str(tmp_path / "run"), "--raw", "--mcap")
+        wait_for_lines(tmp_path / "run.csv", 60)
+        logging.send_signal(signal.SIGINT)
+        said, _ = logging.communicate(timeout=20)
+    assert logging.returncode == 0 and "0 lost, 0 damaged" in said
+    raw = (tmp_path / "run.bin").read_bytes()
+    assert replayed(tmp_path / "run.bin", "--stdout", "--fast").stdout == raw
+    # the same from the JSON lines, but for what was cut off at both ends
+    again = replayed(tmp_path / "run.jsonl", "--stdout", "--fast").stdout
+    assert len(again) > 3000 and again in raw
 
 
 def test_mcap_holds_every_message_with_its_schema(log):

@@ -72,6 +72,8 @@ def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys):
         code, _, err = settings(capsys, "set", *port, "rate_divider=2", "radius_min_px=90")
         assert code == 2 and err == "larics: radius_min_px = 90 is more than radius_max_px = 40\n"
         assert settings(capsys, "get", *port, "rate_divider")[1] == "rate_divider = 1\n"
+        code, _, err = settings(capsys, "save", *port)  # a PC has no flash
+        assert code == 2 and err == "larics: the camera refused SAVE_SETTINGS: storage\n"
         assert settings(capsys, "restart", *port)[0] == 0
 
 
