@@ -94,15 +94,10 @@ def execute(code, errors, name="<stdin>"):
 
 
 def read_byte():
-    while True:
-        try:
-            data = sys.stdin.buffer.read(1)
-        except KeyboardInterrupt:
-            write("\r\n>>> ")
-            continue
-        if not data:
-            sys.exit(0)
-        return data
+    data = sys.stdin.buffer.read(1)
+    if not data:
+        sys.exit(0)
+    return data
 
 
 def write(text):
@@ -168,8 +163,20 @@ def main(image, identity):
     omv.name = identity
     fake_machine.reset = reset
     fake_machine.world.uart = Line()
-    boot()
-    write("MicroPython on a stand-in board\r\n>>> ")
+    begun = False
+    while True:
+        try:
+            if not begun:
+                begun = True
+                boot()
+                write("MicroPython on a stand-in board\r\n>>> ")
+            serve()
+        except KeyboardInterrupt:  # Ctrl-C outside of a program, whenever it comes
+            write("\r\n>>> ")
+
+
+def serve():
+    """The friendly REPL, as far as a program needs it."""
     while True:
         byte = read_byte()
         if byte == b"\x01":
