@@ -61,7 +61,7 @@ class Score:
 
     frames: int = 0
     reported: int = 0
-    whole: int = 0  # frames with a marker whose plate is entirely inside
+    whole: int = 0  # markers whose plates are entirely inside a reported frame
     found: int = 0
     wrong: int = 0
     spurious: int = 0
@@ -104,7 +104,7 @@ def score(frames):
                     total.wrong += 1
                 _add_errors(total, record, truth, frame)
         for truth in frame.truths:
-            if is_whole(truth):
+            if frame.reported and is_whole(truth):
                 total.whole += 1
                 total.found += truth.id in matched and matched[truth.id]["id"] == truth.id
         if frame.pose and frame.state == m.TRACKING:
