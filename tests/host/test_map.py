@@ -8,72 +8,14 @@ import numpy as np
 import pytest
 
 from larics import messages as m
-from larics.camera import Camera as Locator
-from larics.camera import Measurement
-from larics.detector import Detector
-from larics.marker import Family
 from larics_host import cli
 from larics_host.mapping import mapfile
-from larics_host.render.camera import Camera, Motion, Pose
-from larics_host.render.plates import Plate
-from larics_host.render.scene import Scene
-from larics_host.render.sensor import Sensor
-from larics_host.render.view import render_view
 from tests.host.test_monitor import firmware
+from tools.host_figures import hall_of, map_errors, marker_line, rendered_log, serpentine
 
 
 def larics_map(*argv):
     return cli.main(["map", *map(str, argv)])
-
-
-def hall_of(rows=4, columns=5, spacing_mm=950, seed=5, ids=None):
-    """20 markers on a crooked grid: [(ID, x, y, heading)]."""
-    rng = np.random.default_rng(seed)
-    placed = []
-    for k in range(rows * columns):
-        x, y = spacing_mm * (k % columns), spacing_mm * (k // columns)
-        jitter = rng.uniform(-35, 35, 2)
-        placed.append(
-            (k + 1 if ids is None else ids[k], x + jitter[0], y + jitter[1], float(rng.uniform(0, 360)))
-        )
-    return placed
-
-
-def serpentine(rows=4, columns=5, spacing_mm=950, step_mm=40):
-    """Vehicle poses between the rows, back and forth, and once along the side to close the loop."""
-    width = spacing_mm * (columns - 1)
-    corners = []
-    for row in range(rows):
-        xs = (0, width) if row % 2 == 0 else (width, 0)
-        corners += [(x, spacing_mm * row) for x in xs]
-    corners += [(0, 0)]
-    poses, before = [], 0.0
-    for (x1, y1), (x2, y2) in zip(corners[:-1], corners[1:], strict=True):
-        length = math.hypot(x2 - x1, y2 - y1)
-        heading = math.degrees(math.atan2(y2 - y1, x2 - x1))
-        turn = (heading - before + 180) % 360 - 180
-        poses += [(x1, y1, before + turn * k / 6) for k in range(1, 6) if turn]
-        before = heading
-        for s in np.arange(0, length, step_mm):
-            poses.append((x1 + (x2 - x1) * s / length, y1 + (y2 - y1) * s / length, heading))
-    return poses
-
-
-def line(frame, index, count, marker_id, x_mm, y_mm, heading_deg, flags=0):
-    fields = {
-        "time_s": frame * 0.04,
-        "message": "MARKER",
-        "sequence": frame % 65536,
-        "frame": frame,
-        "age_us": 9,
-    }
-    fields.update(
-        flags=flags, id=marker_id, index=index, count=count, z_mm10=27500, margin=99, radius_q8=7680
-    )
-    fields.update(
-        x_mm10=round(10 * x_mm), y_mm10=round(10 * y_mm), heading_cdeg=round(100 * heading_deg) % 36000
-    )
-    return json.dumps(fields) + "\n"
 
 
 def seen_from(pose, hall, reach_mm=(820, 650)):
@@ -99,9 +41,11 @@ def write_log(path, hall, poses, wrong=0.0, noise_mm=0.5, noise_deg=0.05, seed=1
             if rng.random() < wrong:
                 marker_id = int(rng.choice(ids))
             x, y = x + rng.normal(0, noise_mm), y + rng.normal(0, noise_mm)
-            lines.append(line(frame, index, len(seen), marker_id, x, y, heading + rng.normal(0, noise_deg)))
+            lines.append(
+                marker_line(frame, index, len(seen), marker_id, x, y, heading + rng.normal(0, noise_deg))
+            )
         if not seen:
-            lines.append(line(frame, 0, 0, m.ID_NONE, 0, 0, 0, m.MARKER_NONE))
+            lines.append(marker_line(frame, 0, 0, m.ID_NONE, 0, 0, 0, m.MARKER_NONE))
     path.write_text("".join(lines))
     return path
 
@@ -123,8 +67,8 @@ def anchor_of(hall, k=0):
 
 
 def test_a_hall_from_a_log_with_wrong_readings(tmp_path, capsys):
-    hall = hall_of()
-    log = write_log(tmp_path / "run.jsonl", hall, serpentine(), wrong=0.03)
+    hall = [(k + 1, *one[1:]) for k, one in enumerate(hall_of(5))]
+    log = write_log(tmp_path / "run.jsonl", hall, serpentine(40), wrong=0.03)
     out = tmp_path / "hall.json"
     png = tmp_path / "hall.png"
     assert larics_map("build", log, "-o", out, "--anchor", anchor_of(hall), "--png", png, "--heights") == 0
@@ -136,66 +80,24 @@ def test_a_hall_from_a_log_with_wrong_readings(tmp_path, capsys):
     assert cv2.imread(str(png)).shape[0] > 300
 
 
-REPEATED = [(k % 5 + 2 * (k // 5)) % 7 + 1 for k in range(20)]  # the same ID is more than 2 m away
-
-
 def test_repeated_ids_are_told_apart_by_their_place(tmp_path, capsys):
-    hall = hall_of(ids=REPEATED)
-    log = write_log(tmp_path / "run.jsonl", hall, serpentine(), wrong=0.03)
+    hall = hall_of(5)
+    log = write_log(tmp_path / "run.jsonl", hall, serpentine(40), wrong=0.03)
     out = tmp_path / "hall.json"
     assert larics_map("build", log, "-o", out, "--repeats") == 0, capsys.readouterr().out
     assert len(mapfile.read_map(out).markers) == 20
-    off = after_best_motion(mapfile.read_map(out).markers, hall)
-    assert off.max() < 8
-
-
-def after_best_motion(built, hall):
-    """mm by which each marker is off after the rigid motion that fits best: the map's own error.
-
-    The first marker of the map is the hall's first."""
-    first = built[0]
-    turn = math.radians(hall[0][3] - first.heading_deg)
-    pairs = []
-    for marker in built:
-        x, y = marker.x_mm - first.x_mm, marker.y_mm - first.y_mm
-        x, y = math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y
-        near = [one for one in hall if one[0] == marker.id]
-        true = min(near, key=lambda o: math.hypot(o[1] - hall[0][1] - x, o[2] - hall[0][2] - y))
-        pairs.append((marker.x_mm, marker.y_mm, *true[1:3]))
-    assert len({pair[2:] for pair in pairs}) == len(hall)
-    a, b = np.array(pairs)[:, :2], np.array(pairs)[:, 2:]
-    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
-    u, _, v = np.linalg.svd(a.T @ b)
-    return np.hypot(*(a @ (u @ v) - b).T)
+    assert map_errors(mapfile.read_map(out).markers, hall).max() < 8
 
 
 def test_a_rendered_hall(tmp_path, capsys):
     """Frames of 20 markers, detected and located by the product's own code, then built into a map."""
-    hall = hall_of(ids=REPEATED, seed=1800)
-    camera = Camera(width=300, height=240, focal_px=320.0)
-    sensor = Sensor(contrast=120.0, black=30.0, read_noise=1.0, shot_noise=0.01, defocus_px=0.6)
-    plates = tuple(Plate(i, Pose(x, y, h), Family(line_mm10=175)) for i, x, y, h in hall)
-    scene = Scene(ceiling_mm=2750.0, plates=plates)
-    locator = Locator(300, 240, 320 * 256, ceiling_mm10=27500)
-    detector = Detector(300, 240, radius_min_px=15, radius_max_px=21)
-    rng, measurement, lines = np.random.default_rng(1800), Measurement(), []
-    for frame, pose in enumerate(serpentine(step_mm=270)):
-        picture, _ = render_view(scene, Pose(*pose), Motion(), camera, sensor, rng)
-        found = list(detector.detect(picture))
-        for index, one in enumerate(found):
-            assert locator.locate(one, measurement)
-            place = measurement.offset_x_mm10 / 10, measurement.offset_y_mm10 / 10
-            marker_id = m.ID_NONE if measurement.marker_id < 0 else measurement.marker_id
-            heading = measurement.heading_cdeg / 100
-            lines.append(line(frame, index, len(found), marker_id, *place, heading, measurement.flags))
-    (tmp_path / "run.jsonl").write_text("".join(lines))
+    hall = hall_of(1800)
+    rendered_log(tmp_path / "run.jsonl", hall, 1800, 270)
     out = tmp_path / "hall.json"
     code = larics_map("build", tmp_path / "run.jsonl", "-o", out, "--repeats", "--png", tmp_path / "hall.png")
     built = mapfile.read_map(out).markers
     assert code == 0 and len(built) == 20, capsys.readouterr().out
-    off = after_best_motion(built, hall)
-    print("map error: median %.2f mm, largest %.2f mm" % (np.median(off), off.max()))
-    assert off.max() < 3
+    assert map_errors(built, hall).max() < 3
 
 
 def test_markers_that_nothing_ties_are_reported_and_distances_tie_them(tmp_path, capsys):
@@ -332,8 +234,10 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     ):
         (tmp_path / (name + ".json")).write_text(json.dumps(data))
     (tmp_path / "broken.json").write_text("{")
-    (tmp_path / "lonely.jsonl").write_text("".join(line(k, 0, 1, 1 + k // 9, 0, 0, 0) for k in range(18)))
-    (tmp_path / "raw.jsonl").write_text(line(1, 0, 1, 3, 0, 0, 0, m.MARKER_NO_OFFSET))
+    (tmp_path / "lonely.jsonl").write_text(
+        "".join(marker_line(k, 0, 1, 1 + k // 9, 0, 0, 0) for k in range(18))
+    )
+    (tmp_path / "raw.jsonl").write_text(marker_line(1, 0, 1, 3, 0, 0, 0, m.MARKER_NO_OFFSET))
     if argv[-1].startswith("300,"):
         part = "map[0] = "
     assert larics_map(*argv) == 2

@@ -148,7 +148,6 @@ def _tie(group, main, poses, distances, links, notes):
 
 def _adjust(main, links, distances, poses, untied, notes):
     from scipy.optimize import least_squares
-    from scipy.sparse import lil_matrix
 
     index = {number: k for k, number in enumerate(main)}
     pairs = [(a, b) for a, b in links if a in index and b in index]
@@ -180,14 +179,7 @@ def _adjust(main, links, distances, poses, untied, notes):
         ]
         return np.concatenate([off.ravel(), given])
 
-    pattern = lil_matrix((5 * len(read) + len(ends), 3 * (len(main) - 1)), dtype=int)
-    owners = [(range(5 * k, 5 * k + 5), (a, b)) for k, (a, b) in enumerate(zip(first, second, strict=True))]
-    owners += [([5 * len(read) + k], (a, b)) for k, (a, b, _) in enumerate(ends)]
-    for rows, who in owners:
-        for k in who:
-            if k:
-                for row in rows:
-                    pattern[row, 3 * (k - 1) : 3 * k] = 1
+    pattern = _pattern(first, second, ends, len(main))
     found = least_squares(residuals, start[1:].ravel(), loss="soft_l1", jac_sparsity=pattern)
     result = poses_of(found.x)
     normal = (found.jac.T @ found.jac).toarray()
@@ -196,6 +188,23 @@ def _adjust(main, links, distances, poses, untied, notes):
     rms = float(np.sqrt(np.mean(apart(result)[:, :2] ** 2)))
     placed = {number: (*result[k, :2], result[k, 2] % 360) for number, k in index.items()}
     return Built(placed, sigmas, untied, rms, notes)
+
+
+def _pattern(first, second, ends, count):
+    """Which residual depends on which unknown: five residuals a reading, one a distance; the first marker
+    of `count` is fixed."""
+    from scipy.sparse import coo_matrix
+
+    rows = [np.repeat(np.arange(5 * len(first)), 3)] * 2
+    markers = [np.repeat(first, 15), np.repeat(second, 15)]
+    for side in (0, 1):
+        rows.append(np.repeat(5 * len(first) + np.arange(len(ends)), 3))
+        markers.append(np.repeat([end[side] for end in ends], 3).astype(int))
+    rows, markers = np.concatenate(rows), np.concatenate(markers)
+    columns = 3 * (markers - 1) + np.arange(len(rows)) % 3
+    free = markers > 0
+    shape = (5 * len(first) + len(ends), 3 * (count - 1))
+    return coo_matrix((np.ones(free.sum(), int), (rows[free], columns[free])), shape)
 
 
 def _turned(x, y, angle_deg):
