@@ -3,6 +3,7 @@
 import contextlib
 import os
 import signal
+import stat
 import sys
 import time
 
@@ -136,4 +137,6 @@ def _why_not_open(port, error):
         return "no port %s (serial ports here: %s)" % (port, found)
     if isinstance(error, PermissionError) or getattr(error, "errno", None) == 13:
         return "no permission to open %s: add your user to the group that owns it (often dialout)" % port
+    if os.path.exists(port) and not stat.S_ISCHR(os.stat(port).st_mode):
+        return "%s is no serial port" % port
     return "cannot open the port %s: %s" % (port, str(error).splitlines()[0])

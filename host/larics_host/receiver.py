@@ -1,6 +1,6 @@
 """Bytes from the wire -> messages with named fields."""
 
-from larics import protocol
+from larics import messages, protocol
 
 _TEXT_FIELDS = ("board",)
 _NAMES = {number: [field[0] for field in fields] for _, number, _, fields in protocol.MESSAGES}
@@ -20,14 +20,21 @@ class Message:
         self.time_s = time_s
 
 
+def readable(fields):
+    """Fields as logs show them: an ID that is none or uncertain is None, which nobody takes for a marker."""
+    return {**fields, "id": None} if fields.get("id") == messages.ID_NONE else fields
+
+
 def wire_bytes(encoder, name, sequence, fields):
-    """The bytes that carried a message: the inverse of what `Receiver` makes of them.
+    """The bytes that carried a message: the inverse of what `Receiver` and `readable` make of them.
 
     Raises KeyError for an unknown name or a missing field, ValueError or TypeError for a wrong value."""
     number = _NUMBERS[name]
     values = []
     for field, code, *_ in protocol.fields(number):
         value = fields[field]
+        if field == "id" and value is None:
+            value = messages.ID_NONE
         if code.endswith("s"):
             data = value.encode("ascii") if field in _TEXT_FIELDS else bytes.fromhex(value)
             value = data.ljust(int(code[:-1]), b"\0")

@@ -8,6 +8,7 @@ import time
 from larics import protocol
 from larics_host.errors import UserError
 from larics_host.mcap_log import McapLog
+from larics_host.receiver import readable
 
 MARKER_COLUMNS = [field[0] for field in protocol.fields(protocol.MARKER)]
 
@@ -15,7 +16,7 @@ MARKER_COLUMNS = [field[0] for field in protocol.fields(protocol.MARKER)]
 class Recorder:
     """PREFIX.csv: one row for each MARKER message; PREFIX.jsonl: one object for each message of any type;
     with raw=True PREFIX.bin: every byte as it came; with mcap=True PREFIX.mcap, see mcap_log. `time_s` counts
-    from the start of the log.
+    from the start of the log. An ID that is none or uncertain is null, in the CSV nothing.
 
     Line-buffered: ending the program by force loses nothing that was received before.
     """
@@ -52,10 +53,11 @@ class Recorder:
     def write(self, message):
         """Writes one Message. OSError when the disk is full."""
         record = {"time_s": round(message.time_s, 6), "message": message.name, "sequence": message.sequence}
-        record.update(message.fields)
+        fields = readable(message.fields)
+        record.update(fields)
         self._open[1].write(json.dumps(record) + "\n")
         if message.name == "MARKER":
-            values = [message.fields[column] for column in MARKER_COLUMNS]
+            values = [fields[column] for column in MARKER_COLUMNS]
             self._csv.writerow(["%.6f" % message.time_s, message.sequence, *values])
         if self._mcap is not None:
             self._mcap.write(message)

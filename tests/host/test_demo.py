@@ -71,9 +71,9 @@ def test_score_counts_right_wrong_spurious_and_lost(tmp_path, truths):
     records = [
         marker(good, by_index[good]),
         marker(wrong, by_index[wrong], marker_id=by_index[wrong].id ^ 1),
-        marker(unsure, by_index[unsure], marker_id=m.ID_NONE),
+        dict(marker(unsure, by_index[unsure]), id=None),
         marker(astray, by_index[astray], x_mm10=9000, y_mm10=-8000),
-        {"message": "MARKER", "frame": 20, "flags": m.MARKER_NONE, "id": 255},
+        {"message": "MARKER", "frame": 20, "flags": m.MARKER_NONE, "id": None},
     ]
     path = tmp_path / "run.jsonl"
     path.write_text("".join(json.dumps(record) + "\n" for record in records))

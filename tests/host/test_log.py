@@ -17,6 +17,7 @@ from larics_host import cli
 from larics_host.live import LiveView, flag_text
 from larics_host.pty_pair import PtyPair
 from larics_host.receiver import Receiver
+from larics_host.recording import read_pieces
 from tests.host.test_dual import ROOT
 
 
@@ -89,6 +90,18 @@ def test_a_recorded_file_becomes_csv_and_json_lines(tmp_path, capsys):
     assert (tmp_path / "out.bin").read_bytes() == data
 
 
+def test_an_id_that_is_none_or_uncertain_is_null_and_comes_back(tmp_path):
+    unsure = marker_values(1)
+    unsure[2:4] = m.MARKER_ID_UNCERTAIN, m.ID_NONE
+    data = wire((m.MARKER, unsure), (m.MARKER, marker_values(2)))
+    (tmp_path / "run.bin").write_bytes(data)
+    assert cli.main(["log", "--input", str(tmp_path / "run.bin"), "-o", str(tmp_path / "out")]) == 0
+    assert [row["id"] for row in rows(tmp_path / "out.csv")] == ["", "3"]
+    records = [json.loads(line) for line in (tmp_path / "out.jsonl").read_text().splitlines()]
+    assert [record["id"] for record in records] == [None, 3]
+    assert b"".join(piece.data for piece in read_pieces(tmp_path / "out.jsonl")) == data
+
+
 def test_existing_files_are_kept(tmp_path, capsys):
     (tmp_path / "run.bin").write_bytes(wire((m.MARKER, marker_values(7))))
     (tmp_path / "out.csv").write_text("precious")
@@ -104,6 +117,7 @@ def test_existing_files_are_kept(tmp_path, capsys):
     [
         (["--port", "/dev/no-such-port"], "no port /dev/no-such-port"),
         (["--port", "/dev/null"], "cannot open the port /dev/null"),
+        (["--port", "/"], "/ is no serial port"),
         (["--input", "/no/such/file"], "cannot read /no/such/file"),
         (["--input", "/dev/null"], "no message came from /dev/null"),
         (["--input", "/dev/null", "--seconds", "0"], "--seconds 0"),

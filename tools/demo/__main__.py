@@ -92,8 +92,9 @@ def _row(frame, record):
     if record is None:
         text += "%4s %9s %9s %9s %7s  |" % (("-",) * 5 if frame.reported else ("lost",) * 5)
     else:
-        values = record["id"], record["x_mm10"] / 10, record["y_mm10"] / 10, record["heading_cdeg"] / 100
-        text += "%4d %9.1f %9.1f %9.2f %7d  |" % (*values, record["margin"])
+        name = "?" if record["id"] is None else str(record["id"])
+        values = name, record["x_mm10"] / 10, record["y_mm10"] / 10, record["heading_cdeg"] / 100
+        text += "%4s %9.1f %9.1f %9.2f %7d  |" % (*values, record["margin"])
         truth = compare.match(record, frame) or truth
     if truth is None:
         return text + "%9s %9s %13s" % ("-", "-", "-")

@@ -100,7 +100,7 @@ def score(frames):
                 total.spurious += 1
             else:
                 matched[truth.id] = record
-                if record["id"] not in (truth.id, m.ID_NONE):
+                if record["id"] not in (truth.id, None):
                     total.wrong += 1
                 _add_errors(total, record, truth, frame)
         for truth in frame.truths:

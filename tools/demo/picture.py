@@ -49,7 +49,7 @@ def choose(frames):
         frame
         for frame in frames
         if any(compare.is_whole(truth) for truth in frame.truths)
-        and any(record["id"] != m.ID_NONE for record in frame.markers)
+        and any(record["id"] is not None for record in frame.markers)
     ] or frames
     return [good[int(share * (len(good) - 1))] for share in (0.1, 0.45, 0.8)]
 
@@ -78,7 +78,7 @@ def draw_frame(axes, frame, letter, folder):
         end = radius * 2.3 / 1.5
         axes.plot([x, x + dx * end], [y, y + dy * end], color=ORANGE, linewidth=2.4)
         axes.plot([x], [y], "+", color=GREEN, markersize=9, markeredgewidth=2)
-        name = "?" if record["id"] == m.ID_NONE else str(record["id"])
+        name = "?" if record["id"] is None else str(record["id"])
         axes.annotate(
             name,
             (x - dx * radius * 1.3, y - dy * radius * 1.3),

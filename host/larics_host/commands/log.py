@@ -104,8 +104,9 @@ def _conclude(source, receiver, recorder, lost):
     if lost:
         raise UserError("%s; %s" % (lost, summary))
     if not received:
-        raise UserError(
-            "no message came from %s: check the wiring (TX to RX), the baud rate and the power" % source.name
-        )
+        hint = "check the wiring (TX to RX), the baud rate and the power"
+        if not source.live:
+            hint = "it takes the bytes of larics log --raw"
+        raise UserError("no message came from %s: %s" % (source.name, hint))
     print(summary)
     return 0

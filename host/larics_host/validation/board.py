@@ -14,6 +14,7 @@ from larics_host.errors import UserError
 from larics_host.frame_folder import number_of
 from larics_host.frames import open_frames
 from larics_host.progress import watched
+from larics_host.receiver import readable
 from larics_host.recording import read_records
 from larics_host.validation.sources import base_name
 
@@ -28,7 +29,7 @@ class _Kept:
         self.messages = []
 
     def add(self, number, values):
-        self.messages.append(dict(zip(_NAMES, values, strict=False)))
+        self.messages.append(readable(dict(zip(_NAMES, values, strict=False))))
 
 
 class HostRun:
