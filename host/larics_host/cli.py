@@ -47,17 +47,20 @@ class _Parser(argparse.ArgumentParser):
         raise UserError("%s (see %s --help)" % (message, self.prog))
 
 
+def _missing_package(error, who):
+    """The UserError for a package that is not installed; raises `error` again when it is one of ours."""
+    missing = (error.name or "").split(".")[0]
+    if missing in ("", "larics", "larics_host"):
+        raise error
+    return UserError("%s needs the Python package %s: pip install %s" % (who, missing, missing))
+
+
 def _load(name):
     """The module of a sub-command. Raises UserError when a package it needs is not installed."""
     try:
         return importlib.import_module("larics_host.commands." + name)
     except ModuleNotFoundError as error:
-        missing = (error.name or "").split(".")[0]
-        if missing in ("", "larics", "larics_host"):
-            raise
-        raise UserError(
-            "larics %s needs the Python package %s: pip install %s" % (name, missing, missing)
-        ) from error
+        raise _missing_package(error, "larics " + name) from error
 
 
 def _add_command(commands, name):
@@ -92,6 +95,12 @@ def build_parser(only=None):
     return parser
 
 
+def _print_anything():
+    # a file name that the terminal's encoding cannot show must not end the program
+    if getattr(sys.stdout, "errors", None) == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
 def _leave_broken_pipe():
     # whoever read our output is gone; the interpreter must not complain when it flushes at exit
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -100,6 +109,7 @@ def _leave_broken_pipe():
 def main(argv=None):
     """Runs one command line; returns the exit code (2 for bad input, 130 when interrupted)."""
     argv = sys.argv[1:] if argv is None else list(argv)
+    _print_anything()
     try:
         args = build_parser(argv[0] if argv and argv[0] in COMMANDS else None).parse_args(argv)
         code = args.run(args) or 0
@@ -112,6 +122,8 @@ def main(argv=None):
         return EXIT_INTERRUPTED
     except UserError as error:
         report(error)
+    except ModuleNotFoundError as error:
+        report(_missing_package(error, "this"))
     except OSError as error:
         # what no command foresaw: a full disk, a folder that vanished
         report("%s: %s" % (error.filename, error.strerror) if error.filename else error)

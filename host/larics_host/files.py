@@ -18,8 +18,8 @@ def read_json(path):
 
 
 def write_file(path, content):
-    """Writes text or bytes. UserError when that fails."""
-    data = content.encode() if isinstance(content, str) else content
+    """Writes bytes, or text as UTF-8, names of files that are none escaped. UserError when that fails."""
+    data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
     try:
         Path(path).write_bytes(data)
     except OSError as error:

@@ -29,6 +29,8 @@ def list_sources(path):
 
     Raises UserError when it does not exist or is a folder without frames.
     """
+    if not str(path):
+        raise UserError("an empty name of a file or folder")
     path = Path(path)
     try:
         if not path.is_dir():

@@ -158,3 +158,27 @@ def test_broken_pipe_is_quiet():
     said = process.stderr.read()
     process.stderr.close()
     assert process.wait(timeout=60) == 141 and said == b""
+
+
+def test_a_package_that_is_missing_while_a_command_runs_is_one_line(command, capsys):
+    def run(args):
+        raise ModuleNotFoundError("No module named 'nowhere.part'", name="nowhere.part")
+
+    command(run)
+    assert cli.main(["fake"]) == 2
+    assert capsys.readouterr().err == "larics: this needs the Python package nowhere: pip install nowhere\n"
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "utf-8"])
+def test_names_that_the_terminal_cannot_show_are_printed_escaped(encoding, tmp_path):
+    frame = ROOT / "tests" / "frames" / "sunny_r30_1000_0.pgm"
+    name = os.fsencode(tmp_path) + b"/\xc5\xbe\xff.pgm"
+    with open(name, "wb") as file:
+        file.write(frame.read_bytes())
+    done = subprocess.run(
+        [sys.executable, "-m", "larics_host", "detect", name],
+        env=dict(os.environ, PYTHONPATH="shared:host", PYTHONIOENCODING=encoding),
+        cwd=ROOT,
+        capture_output=True,
+    )
+    assert done.returncode == 0 and b"\\udcff.pgm" in done.stdout and not done.stderr

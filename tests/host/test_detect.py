@@ -178,6 +178,7 @@ def test_frames_too_small_are_reported_once(folder, tmp_path, capsys):
     "argv, part",
     [
         (["nothing.png"], "nothing.png: no such file"),
+        ([""], "an empty name of a file or folder"),
         (["empty.pgm"], "empty.pgm: empty file"),
         (["short.pgm"], "short.pgm: truncated"),
         (["deep.png"], "deep.png: a 16-bit image"),

@@ -89,7 +89,7 @@ def _check(args):
         value = getattr(args, name)
         if value is not None and not low <= value <= high:  # also refuses nan
             option = "--" + name.replace("_", "-")
-            raise UserError("%s is %g: give a number from %g to %g" % (option, value, low, high))
+            raise UserError("%s is %.10g: give a number from %.10g to %.10g" % (option, value, low, high))
     if args.drive:
         given = [name for name in _OVERRIDES if getattr(args, name) is not None]
         if given:
