@@ -14,7 +14,8 @@ help:  ## this list
 
 setup: $(READY)  ## the .venv with pinned requirements (other targets do it when needed)
 $(READY): requirements.txt pyproject.toml
-	@command -v $(PYTHON) >/dev/null || { echo "make: $(PYTHON) not found; set PYTHON=/path/to/python3.10+"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \
+		{ echo "make: the pinned tools need Python 3.11 or newer, $(PYTHON) is not: set PYTHON=/path/to/it"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
@@ -41,7 +42,7 @@ mpy: $(READY)  ## compile shared/ and firmware/ for the boards and report sizes
 	$(BIN)/python tools/build_mpy.py
 
 fuzz: $(READY)  ## long damage runs on both decoders of the wire (about fifteen minutes)
-	$(BIN)/python tools/fuzz_wire.py
+	$(BIN)/python tools/fuzz_wire.py $(FUZZ)
 
 vehicle: $(READY)  ## code size of the vehicle's C library for Cortex-M
 	$(BIN)/python tools/vehicle_build.py

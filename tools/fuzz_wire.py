@@ -129,9 +129,15 @@ def show(title, figures):
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--python", type=int, default=10_000_000, metavar="BYTES")
-    parser.add_argument("--c", type=int, default=1_000_000_000, metavar="BYTES")
-    parser.add_argument("--guided-s", type=int, default=600, metavar="SECONDS")
+    parser.add_argument(
+        "--python", type=int, default=10_000_000, metavar="BYTES", help="for the Python decoder (10 million)"
+    )
+    parser.add_argument(
+        "--c", type=int, default=1_000_000_000, metavar="BYTES", help="for the C decoder (1000 million)"
+    )
+    parser.add_argument(
+        "--guided-s", type=int, default=600, metavar="SECONDS", help="of coverage-guided fuzzing (600)"
+    )
     options = parser.parse_args(arguments)
     forged = 0
     with tempfile.TemporaryDirectory() as folder:
