@@ -22,6 +22,15 @@ def schema(number):
     return {"title": "larics." + protocol.name(number), "type": "object", "properties": properties}
 
 
+def writer_class():
+    """mcap's Writer; UserError when the package is not installed."""
+    try:
+        from mcap.writer import Writer
+    except ImportError:
+        raise UserError("--mcap needs the Python package mcap: pip install mcap") from None
+    return Writer
+
+
 class McapLog:
     """An MCAP file of messages, each on the channel /larics/<type in lower case>.
 
@@ -30,17 +39,14 @@ class McapLog:
     """
 
     def __init__(self, path, start_ns):
-        try:
-            from mcap.writer import Writer
-        except ImportError:
-            raise UserError("--mcap needs the Python package mcap: pip install mcap") from None
         from larics import __version__
 
+        writer = writer_class()
         self._file = open(path, "wb")  # noqa: SIM115 (closed in close())
         self._start_ns = start_ns
         self._channels = {}
         self._numbers = {name: number for name, number, _, _ in protocol.MESSAGES}
-        self._writer = Writer(self._file, use_chunking=False)
+        self._writer = writer(self._file, use_chunking=False)
         self._writer.start(profile="", library="larics " + __version__)
         self._file.flush()
 

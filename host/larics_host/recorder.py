@@ -7,7 +7,7 @@ import time
 
 from larics import protocol
 from larics_host.errors import UserError
-from larics_host.mcap_log import McapLog
+from larics_host.mcap_log import McapLog, writer_class
 from larics_host.receiver import readable
 
 MARKER_COLUMNS = [field[0] for field in protocol.fields(protocol.MARKER)]
@@ -27,6 +27,8 @@ class Recorder:
         for name in names:
             if os.path.exists(name) and not force:
                 raise UserError("%s exists: choose another -o, or --force to overwrite it" % name)
+        if mcap:
+            writer_class()  # before there are files
         self.files = names
         self._open = []
         try:

@@ -1,0 +1,34 @@
+"""Without an optional package, the one command that needs it says so in one line."""
+
+import sys
+
+import pytest
+
+from larics_host import cli
+from tests.host.test_log import marker_values, wire
+
+
+@pytest.mark.parametrize(
+    "package, argv",
+    [
+        ("mcap", ["log", "--input", "run.bin", "-o", "out", "--mcap"]),
+        ("scipy", ["calibrate", "--places", "."]),
+        ("scipy", ["map", "build", "run.bin", "-o", "out.json"]),
+        ("matplotlib", ["map", "draw", "map.json", "-o", "out.png"]),
+        ("numba", ["simulate", "-o", "out"]),
+    ],
+)
+def test_a_missing_package_is_named(package, argv, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "run.bin").write_bytes(wire((2, marker_values(1))))
+    assert cli.main(["map", "create", "map.json", "--marker", "1,0,0,0"]) == 0
+    before = sorted(path.name for path in tmp_path.iterdir())
+    for name in [name for name in sys.modules if name.split(".")[0] == package] + [package]:
+        monkeypatch.setitem(sys.modules, name, None)
+    assert cli.main(argv) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("larics: ") and error.count("\n") == 1
+    assert "needs the Python package %s: pip install %s" % (package, package) in error.replace(
+        "need ", "needs "
+    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
