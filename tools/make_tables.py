@@ -39,6 +39,12 @@ def gradient_direction(slot):
     return round(math.atan2(y, x) * DIRECTIONS / (2 * math.pi)) % DIRECTIONS
 
 
+def _normal_sum(x):
+    """The normal distribution integrated from -infinity to x."""
+    share = 0.5 + 0.5 * math.erf(x / math.sqrt(2))
+    return x * share + math.exp(-x * x / 2) / math.sqrt(2 * math.pi)
+
+
 def source():
     """The text of tables.py."""
     quarter = [round(16384 * math.sin(math.pi / 2 * k / 256)) for k in range(257)]
@@ -48,6 +54,7 @@ def source():
     axis = [2 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS)]
     axes = [32768 + round(16384 * f(angle)) for angle in axis for f in (math.cos, math.sin)]
     root = [round(16384 * math.sqrt(1 - (k / 128) ** 2)) for k in range(128)]
+    ramp = [round(4096 * _normal_sum(k / 32)) for k in range(130)]
     sector = [2 * math.pi * (k + 0.5) / 16 for k in range(4)]
     waves = (math.cos, math.sin)
     harmonics = [128 + round(127 * f(n * angle)) for angle in sector for n in (1, 2) for f in waves]
@@ -78,6 +85,11 @@ def source():
         ),
         literal("BIT_COUNT", "ones in 0..255; uint8", bytes(bin(k).count("1") for k in range(256))),
         literal("ROOT_Q14", "sqrt(1 - (k/128)**2) * 2**14, k = 0..127", pack16(root)),
+        literal(
+            "RAMP_Q12",
+            "integral of the normal distribution up to k/32, * 2**12, k = 0..129",
+            pack16(ramp),
+        ),
     ]
     return HEADER + "\n".join(tables)
 

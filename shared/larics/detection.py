@@ -49,6 +49,10 @@ class Detection:
         self.margin = 0
         self.flags = 0
 
+    def covers(self, x_q8, y_q8):
+        """Whether a place lies within a radius of the marker, in x and in y."""
+        return abs(x_q8 - self.x_q8) < self.radius_q8 and abs(y_q8 - self.y_q8) < self.radius_q8
+
     def __repr__(self):
         return "Detection(id=%d, x_q8=%d, y_q8=%d, heading_cdeg=%d, radius_q8=%d, margin=%d, flags=%d)" % (
             self.marker_id,

@@ -1,6 +1,7 @@
 """The detector: grey frame in, markers out. It owns every buffer and allocates nothing after its first frame.
 
     edges -> hough -> rings -> decode -> verdict -> Detection
+    the best of those rejected -> model -> Detection
 
 for each scale of marker that the range of radii needs, and for each candidate of a scale.
 """
@@ -14,9 +15,16 @@ except ImportError:
 
 from larics import verdict as verdicts
 from larics.decode import LineReader
-from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, FLAG_UNCONFIRMED, Detection
+from larics.detection import (
+    FLAG_BORDER,
+    FLAG_ID_UNCERTAIN,
+    FLAG_MODEL,
+    FLAG_TRACKED,
+    FLAG_UNCONFIRMED,
+    Detection,
+)
 from larics.edges import EdgeFinder
-from larics.fixed import cdeg_from_turn16, frame_view
+from larics.fixed import cdeg_from_turn16, cos_q14, frame_view
 from larics.hough import CellGrid, CentreVotes, VoteBuffers
 from larics.marker import LARICS3
 from larics.rings import RingFit
@@ -33,6 +41,7 @@ _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
 _FAMILY_MM10 = const(1500)
+_TINY_Q8 = const(2304)  # smaller rings have too few pixels for the sharp rules: the second opinion decides
 
 
 class Counts:
@@ -43,9 +52,10 @@ class Counts:
     candidates      centres examined
     crossings       of rings with pixel rows and columns
     verdicts        array of the number of candidates by verdict, see verdict.VERDICT_NAMES
+    second          verdict of the second opinion; -1 when it was not asked
     """
 
-    __slots__ = ("steep", "edges", "votes", "candidates", "crossings", "verdicts")
+    __slots__ = ("steep", "edges", "votes", "candidates", "crossings", "verdicts", "second")
 
     def __init__(self):
         self.verdicts = array("H", bytes(2 * len(verdicts.VERDICT_NAMES)))
@@ -53,6 +63,7 @@ class Counts:
 
     def clear(self):
         self.steep = self.edges = self.votes = self.candidates = self.crossings = 0
+        self.second = -1
         for index in range(len(self.verdicts)):
             self.verdicts[index] = 0
 
@@ -68,6 +79,12 @@ class _Scale:
         # finer grids than these cost more and find no more
         self.step = 3 if radius_px < 15 else 4 if radius_px < 22 else min(8, radius_px // 5)
         self.reach = 1 if radius_px < 20 else 2 if radius_px < 45 else 3
+
+
+def _tilted_px(radius_px, tilt_deg):
+    """The radius of a ring seen level when the camera is tilted: shortened, and farther away."""
+    cosine = cos_q14(tilt_deg * 65536 // 360)
+    return max(RADIUS_LEAST_PX, radius_px * (cosine * cosine >> 14) >> 14)
 
 
 def _scales(radius_min_px, radius_max_px):
@@ -105,6 +122,8 @@ class Detector:
     family           marker.Family: the geometry
     allowed_ids      IDs that may be reported; None: all that the family uses
     allow_id0        also report ID 0, which has no coding line
+    second_opinion   judge the best rejected candidate by a model of blur when no marker has been read
+    max_tilt_deg     of the camera, 0..40: widens the range of radii by what tilt shortens
     confirm          (n, m): an ID seen in fewer than n of the last m frames has FLAG_UNCONFIRMED; None: off
 
     `counts` tells what the last frame took. ValueError for arguments out of range.
@@ -112,7 +131,8 @@ class Detector:
 
     def __init__(
         self, width, height, radius_min_px=25, radius_max_px=35, line_mm=None, family=LARICS3,
-        allowed_ids=None, allow_id0=False, confirm=None,
+        allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
+        max_tilt_deg=0,
     ):  # fmt: skip
         if not (64 <= width <= 1024 and 48 <= height <= 1024):
             raise ValueError("frames are 64x48 to 1024x1024 px, not %dx%d" % (width, height))
@@ -121,6 +141,8 @@ class Detector:
                 "radii are %d to %d px and the first below the second, not %s:%s"
                 % (RADIUS_LEAST_PX, RADIUS_MOST_PX, radius_min_px, radius_max_px)
             )
+        if not 0 <= max_tilt_deg <= 40:
+            raise ValueError("the tilt is 0 to 40 degrees, not %s" % max_tilt_deg)
         self.width = width
         self.height = height
         self.family = family
@@ -130,7 +152,7 @@ class Detector:
         line_mm10 = (_DEFAULT_LINE_MM10 if line_mm is None else line_mm * 10) * outer // _FAMILY_MM10
         line_q10 = line_mm10 * 1024 // outer
         self._plate_q10 = family.plate_mm10 * 1024 // outer
-        self._scales = _scales(radius_min_px, radius_max_px)
+        self._scales = _scales(_tilted_px(radius_min_px, max_tilt_deg), radius_max_px)
 
         smallest = min([scale.step for scale in self._scales])
         edges_capacity = max(400, width * height // (smallest * smallest) * 3 // 8)
@@ -154,6 +176,12 @@ class Detector:
         if allowed_ids is None:
             allowed_ids = range(8)
         self.judge = verdicts.Judge(inner_q10, [i for i in allowed_ids if i or allow_id0 or family.allow_id0])
+        self.second = None
+        if second_opinion:
+            from larics.model import SecondOpinion  # a board with little memory does without
+
+            if SecondOpinion.knows(family):
+                self.second = SecondOpinion(width, height, family, line_mm10, self.judge.allowed)
         self._confirm_least, frames = confirm or (0, 0)
         if confirm and not 1 <= self._confirm_least <= frames <= 255:
             raise ValueError("confirm is (n, m) with 1 <= n <= m <= 255, not %s" % (confirm,))
@@ -170,6 +198,8 @@ class Detector:
         """Bytes of all buffers and tables in RAM, the frame excepted."""
         total = 4 * len(self._edges) + 2 * len(self._histogram) + self._votes.memory()
         total += self.rings.memory() + self.lines.memory()
+        if self.second is not None:
+            total += self.second.memory()
         for scale in self._scales:
             total += scale.edges.memory() + scale.votes.memory()
         return total
@@ -181,6 +211,7 @@ class Detector:
         ValueError when the frame has another size."""
         frame = self._begin(frame)
         self._search(frame)
+        self._ask_again(frame)
         return self._finish()
 
     def track(self, frame, x_q8=None, y_q8=None, radius_q8=None):
@@ -198,6 +229,7 @@ class Detector:
             self._search_window(frame, x_q8, y_q8, radius_q8)
         if not self._count:
             self._search(frame)
+            self._ask_again(frame)
         return self._finish()
 
     def _begin(self, frame):
@@ -210,6 +242,8 @@ class Detector:
         self._count = 0
         self.counts.clear()
         self.rings.crossings = 0
+        if self.second is not None:
+            self.second.forget()
         return frame
 
     def _finish(self):
@@ -299,17 +333,49 @@ class Detector:
         counts = self.counts
         counts.candidates += 1
         verdict = self._examine(frame, scale, edges, x_q8, y_q8)
+        if verdict <= verdicts.ID_UNCERTAIN and self.second is not None and self.rings.radius_q8 < _TINY_Q8:
+            verdict = verdicts.POOR_RINGS
         counts.verdicts[verdict] += 1
+        if verdict and self.second is not None:
+            self.second.remember(x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, verdict)
         if verdict > verdicts.ID_UNCERTAIN:
             return False
         self._report(verdict, flags)
         return True
 
+    def _ask_again(self, frame):
+        """Asks the second opinion when no marker has been read."""
+        second = self.second
+        if second is None:
+            return
+        for index in range(self._count):
+            if not self._all[index].flags & FLAG_ID_UNCERTAIN:
+                return
+        verdict = second.examine(frame)
+        self.counts.second = verdict
+        if verdict != verdicts.ACCEPTED:
+            return
+        # in the place of a marker whose ID was uncertain, or of its own
+        index = 0
+        while index < self._count and not self._all[index].covers(second.x_q8, second.y_q8):
+            index += 1
+        if index == self._count:
+            if self._count == MARKERS:
+                return
+            self._count += 1
+        found = self._all[index]
+        found.marker_id = second.marker_id
+        found.x_q8 = second.x_q8
+        found.y_q8 = second.y_q8
+        found.radius_q8 = second.rings.radius_q8
+        found.heading_cdeg = second.heading_cdeg
+        found.margin = second.margin
+        found.flags = FLAG_MODEL | self._border(found)
+
     def _taken(self, x_q8, y_q8):
         """Whether a marker found already covers this place."""
         for index in range(self._count):
-            other = self._all[index]
-            if abs(x_q8 - other.x_q8) < other.radius_q8 and abs(y_q8 - other.y_q8) < other.radius_q8:
+            if self._all[index].covers(x_q8, y_q8):
                 return True
         return False
 
@@ -362,10 +428,14 @@ class Detector:
         found.margin = self.judge.margin
         if verdict == verdicts.ID_UNCERTAIN:
             flags |= FLAG_ID_UNCERTAIN
-        plate_q8 = rings.radius_q8 * self._plate_q10 >> 10
-        if not (
+        found.flags = flags | self._border(found)
+
+    def _border(self, found):
+        """FLAG_BORDER when the plate of a marker leaves the frame, else 0."""
+        plate_q8 = found.radius_q8 * self._plate_q10 >> 10
+        if (
             plate_q8 <= found.x_q8 <= (self.width << 8) - plate_q8
             and plate_q8 <= found.y_q8 <= (self.height << 8) - plate_q8
         ):
-            flags |= FLAG_BORDER
-        found.flags = flags
+            return 0
+        return FLAG_BORDER

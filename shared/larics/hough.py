@@ -19,6 +19,8 @@ _CHUNK = const(512)  # cells that are cleared at once
 LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands of frames had 15
 CENTRES = const(6)
 WINDOWS = const(96)
+_SMALL_Q8 = const(3072)  # rings below this show fewer directions,
+_FEWER = const(4)  # by so many
 _MASK_BITS = const(12)
 
 
@@ -96,6 +98,7 @@ class CentreVotes:
         self.step = step
         self.votes = 0
         self._buffers = buffers
+        self._least = LEAST_DIRECTIONS - (_FEWER if radius_max_q8 < _SMALL_Q8 else 0)
         runs = []
         longest = [0, 0]
         for direction in range(DIRECTIONS):
@@ -153,7 +156,7 @@ class CentreVotes:
         )
         windows = kernels.find_windows(
             buffers.blocks, 0, 0, block_row, block_left, block_right, block_top, block_bottom,
-            tables.BIT_COUNT, LEAST_DIRECTIONS, buffers.windows, WINDOWS,
+            tables.BIT_COUNT, self._least, buffers.windows, WINDOWS,
         )  # fmt: skip
         return kernels.rank_centres(
             cells, 0, 0, grid.row, buffers.windows, windows, tables.BIT_COUNT, buffers.centres, CENTRES,

@@ -1,0 +1,159 @@
+"""The second opinion's model of blur: a gaussian and a straight motion, found from the rings.
+
+The gaussian stands for optics and pixels, the motion for that during the exposure.
+A blurred line's profile is the line's width, the motion's component across it and the gaussian folded with
+each other: the second difference of the gaussian integrated twice, which is one small table. A line at angle
+phi is blurred across exactly as the rings are at phi + 90 degrees, so what fits the rings is what a line must
+look like.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics import tables
+from larics.fixed import cos_q14, table16
+from larics.kernels import blur as kernels
+
+RELS = const(17)  # angles from the motion, 1/32 of half a turn
+BAR = const(24)  # items of a bar
+ALONG = const(17)  # the bar that holds a line's profile along itself
+
+_RAMP = table16(tables.RAMP_Q12)
+_RING_BAR = const(14)  # items that the rings alone need
+_UNITS = const(24)  # of length in the outer radius
+_SECTORS = const(16)
+_FLOOR = const(512)  # of a sector's match, 1/1024: what is covered must not count more
+_MOTION_COST = const(96)  # a motion must explain more than that, 1/1024
+_STILL_SCORE = const(15000)  # with so good a match nothing moves
+_ANY = const(34)  # one of the directions 2, 6, 10, ...
+_FARTHEST_MOTION = const(48)  # motion^2 / sigma^2, where sigma fits the rings without any motion
+
+# what is tried, 1/256 unit
+SIGMAS = (
+    128, 143, 160, 179, 200, 224, 250, 279, 312, 349, 391, 437, 488, 546, 610, 682, 763, 853, 953, 1066,
+    1191, 1332,
+)  # fmt: skip
+MOTIONS = (0, 768, 1024, 1280, 1536, 1792, 2176, 2560, 3072)
+
+
+class BlurModel:
+    """The blur of one candidate.
+
+    sigma, motion   entries of SIGMAS and MOTIONS; still: whether there is no motion
+    direction       of the motion, 1/32 of half a turn, clockwise from x
+    bars            array('H'): profile of a line for each rel, then the one along a line
+    templates, sums   of both rings for each rel, as kernels.blur.ring_template writes them
+    score           how well they match: sum over 16 sectors of at most 1024 each
+    """
+
+    def __init__(self, family, line_mm10):
+        outer = family.outer_mm10
+        self._line = line_mm10 * _UNITS * 256 // outer
+        self.bars = array("H", bytes(2 * BAR * (RELS + 1)))
+        self.templates = array("H", bytes(2 * 48 * RELS))
+        self.sums = array("i", bytes(4 * 8 * RELS))
+        self._matches = array("H", bytes(2 * _SECTORS * RELS))
+        self._result = array("i", bytes(8))
+        self.sigma = self.motion = self.direction = self.score = 0
+        self.still = 1
+
+    def memory(self):
+        """Bytes of the buffers."""
+        return 2 * (len(self.bars) + len(self.templates) + len(self._matches)) + 4 * len(self.sums) + 8
+
+    def prepare(self, sigma, motion, first, step, kinds=3):
+        """Bars and templates of the rels first, first + step, ...; of rel 0 alone when nothing moves."""
+        rel = first if motion else 0
+        while rel < RELS:
+            across = MOTIONS[motion] * abs(cos_q14(rel << 10)) >> 14
+            kernels.blurred_bar(_RAMP, 0, 0, self._line, across, SIGMAS[sigma], rel * BAR,
+                BAR if kinds != 1 else _RING_BAR, self.bars)  # fmt: skip
+            if kinds:
+                kernels.ring_template(
+                    self.bars, 0, 0, rel * BAR, self.templates, rel * 48, self.sums, rel << 3, kinds
+                )
+            rel += step if motion else RELS
+
+    def search(self, means, again):
+        """Finds the blur that explains 16 sectors' samples best: `means` as from kernels.polar.mean_samples.
+
+        again: begin with what was found before. Leaves the templates of all 32 sectors' rels prepared."""
+        self.score = 0
+        if again:
+            self._try(means, self.sigma, self.motion, self.direction)
+        else:
+            for sigma in range(0, len(SIGMAS), 4):
+                self._try(means, sigma, 0, 0)
+            if self.score < _STILL_SCORE:
+                farthest = _FARTHEST_MOTION * SIGMAS[self.sigma] * SIGMAS[self.sigma]
+                for motion in range(1, len(MOTIONS), 2):
+                    if MOTIONS[motion] * MOTIONS[motion] > farthest:
+                        break
+                    self._try(means, 4, motion, _ANY)
+        self._try_both(means, 2, 0, 0)
+        self._try_both(means, 1, 0, 0)
+        if self.motion:
+            self._try_both(means, 0, 1, 0)
+            self._try_both(means, 0, 0, 2)
+        self.still = 0 if self.motion else 1
+        self.prepare(self.sigma, self.motion, 1, 2)
+
+    def _try_both(self, means, sigma, motion, direction):
+        """Tries what differs by these steps from the best so far, to both sides."""
+        sigma_before = self.sigma
+        motion_before = self.motion
+        direction_before = self.direction
+        self._try(means, sigma_before - sigma, motion_before - motion, direction_before - direction & 31)
+        self._try(means, sigma_before + sigma, motion_before + motion, direction_before + direction & 31)
+
+    def _try(self, means, sigma, motion, direction):
+        """Tries a blur, in one even direction or in _ANY, and keeps it when it is better."""
+        if not (0 <= sigma < len(SIGMAS) and 0 <= motion < len(MOTIONS)):
+            return
+        self.prepare(sigma, motion, 2 - direction & 3, 4, 1)
+        if direction == _ANY:
+            kernels.match_sectors(
+                means, 0, 0, _SECTORS, self.templates, self.sums, 4, RELS, self._matches
+            )
+            score = kernels.best_direction(
+                self._matches, 0, 0, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result
+            )
+            direction = self._result[0]
+        else:
+            score = kernels.match_direction(
+                means, 0, 0, _SECTORS, 4, 2, self.templates, self.sums, direction, 0 if motion else 1, _FLOOR
+            )
+        if motion:
+            score -= _MOTION_COST
+        if score > self.score:
+            self.score = score
+            self.sigma = sigma
+            self.motion = motion
+            self.direction = direction
+
+    def rel(self, angle_turn16):
+        """The rel of a direction."""
+        if self.still:
+            return 0
+        rel = ((angle_turn16 >> 7) - (self.direction << 3) + 4) >> 3 & 31
+        return 32 - rel if rel > 16 else rel
+
+    def across(self, rel):
+        """The entry of the bar across a line in a direction of this rel."""
+        return 0 if self.still else (16 - rel) * BAR
+
+    def reach(self):
+        """How far from its middle a line is dark at most, 1/256 unit."""
+        return min(5887, ((self._line + MOTIONS[self.motion]) >> 1) + 4 * SIGMAS[self.sigma])
+
+    def put_along(self, length, rel):
+        """Writes the bar along a line of that length (1/256 unit) at ALONG and returns its entry."""
+        motion = MOTIONS[self.motion] * abs(cos_q14(rel << 10)) >> 14
+        kernels.blurred_bar(
+            _RAMP, 0, 0, length, motion, SIGMAS[self.sigma], ALONG * BAR, BAR, self.bars
+        )
+        return ALONG * BAR

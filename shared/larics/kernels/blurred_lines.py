@@ -1,0 +1,311 @@
+"""The second opinion on the lines: how much of a blurred radial line lies where.
+
+Units as in larics.kernels.blur. A bar is the profile of a blurred line, 24 items for the distances 0..23 from
+its middle; across a line at angle phi it is the profile of the rings at phi + 90 degrees.
+"""
+
+try:
+    import micropython
+except ImportError:
+    from larics._cpython import micropython, ptr16, ptr32
+
+
+@micropython.viper
+def line_template(
+    bars: ptr16, i: int, value: int, across: int, along: int, middle: int, cosines: ptr16, step: int,
+    directions: int, first: int, count: int, template: ptr16, slot: int,
+) -> int:  # fmt: skip
+    """template[slot + k] = mean darkness of a blurred line at units first .. first + count - 1, in direction
+    k * step / 256 turn from its own, k = 0..directions - 1.
+
+    across, along: entries of the bars across the line and along it, the latter's middle (1/256 unit) from the
+    rings' centre. Returns 0."""
+    k = 0
+    while k < directions:
+        cosine = int(cosines[k * step]) - 32768
+        sine = 32768 - int(cosines[k * step + 64])
+        if sine < 0:
+            sine = 0 - sine
+        total = 0
+        unit = first
+        while unit < first + count:
+            value = (unit * cosine >> 6) - middle
+            if value < 0:
+                value = 0 - value
+            dark = 0
+            if value < 5888:
+                i = along + (value >> 8)
+                value = value & 255
+                dark = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
+            value = unit * sine >> 6
+            if value < 5888:
+                i = across + (value >> 8)
+                value = value & 255
+                value = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
+                total += value * dark >> 10
+            unit += 1
+        template[slot + k] = total // count
+        k += 1
+    return 0
+
+
+@micropython.viper
+def erase_line(
+    samples: ptr16, i: int, value: int, across: int, along: int, middle: int, bars: ptr16, cosines: ptr16,
+    cosine: int, sine: int, first: int, count: int, amplitude: int, directions: int, reach: int,
+) -> int:  # fmt: skip
+    """Brightens `samples` (the middles of `directions` sectors) by what a blurred line has darkened.
+
+    The line lies in the direction (cosine, sine) * 2**14; first, count: units of the samples; amplitude: of
+    the rings, 1/16 grey level; reach: distance (1/256 unit, below 5888) from where on the bar across is 0;
+    the rest as in line_template. Returns 0."""
+    k = 0
+    step = 256 // directions
+    while k < directions:
+        i = k * step + (step >> 1)
+        c0 = int(cosines[i]) - 32768
+        s0 = 32768 - int(cosines[i + 64])
+        c = (c0 * cosine + s0 * sine) >> 14
+        s = (s0 * cosine - c0 * sine) >> 14
+        if s < 0:
+            s = 0 - s
+        unit = first
+        if c < 0:
+            unit = first + count
+        while unit < first + count:
+            value = unit * s >> 6
+            if value >= reach:
+                unit = first + count
+            else:
+                i = across + (value >> 8)
+                value = value & 255
+                dark = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
+                value = (unit * c >> 6) - middle
+                if value < 0:
+                    value = 0 - value
+                if value < 5888 and dark > 0:
+                    i = along + (value >> 8)
+                    value = value & 255
+                    value = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
+                    i = k * count + unit - first
+                    samples[i] = int(samples[i]) + ((value * dark >> 10) * amplitude >> 10)
+            unit += 1
+        k += 1
+    return 0
+
+
+@micropython.viper
+def ink_profile(
+    samples: ptr16, i: int, total: int, directions: int, pitch: int, first: int, count: int, levels: ptr16,
+    angle: int, step: int, bars: ptr16, motion: int, still: int, unit: int, ink: ptr16, slot: int,
+) -> int:  # fmt: skip
+    """ink[slot + k] = darkness of `count` samples of direction k less the rings' skirts there + 32768.
+
+    samples: `pitch` a direction, the first used one is `first`, which lies at `unit` from the rings' centre;
+    levels: as from sectors.sector_levels; direction k lies at angle + k * step, the motion at `motion` (1/256
+    of half a turn), if not `still`; bars: 24 items a rel. Returns 0."""
+    k = 0
+    last_rel = 32
+    skirt = 0
+    while k < directions:
+        rel = 0
+        if still == 0:
+            rel = ((angle + k * step - motion + 4) >> 3) & 31
+            if rel > 16:
+                rel = 32 - rel
+        if rel != last_rel:
+            last_rel = rel
+            rel = rel * 24
+            skirt = 0
+            j = unit
+            while j < unit + count:
+                distance = j - 24
+                if distance < 0:
+                    distance = 0 - distance
+                if distance < 24:
+                    skirt += int(bars[rel + distance])
+                distance = j - 16
+                if distance < 0:
+                    distance = 0 - distance
+                if distance < 24:
+                    skirt += int(bars[rel + distance])
+                j += 1
+        total = 0
+        i = k * pitch + first
+        j = i + count
+        while i < j:
+            total += int(samples[i])
+            i += 1
+        j = ((angle + k * step) >> 4) & 31
+        distance = int(levels[32 + j]) * count - total
+        total = (distance << 8) // ((int(levels[j]) * count >> 2) + 1) - skirt // count
+        if total > 8191:
+            total = 8191
+        if total < 0 - 8191:
+            total = 0 - 8191
+        ink[slot + k] = total + 32768
+        k += 1
+    return 0
+
+
+@micropython.viper
+def line_depths(
+    ink: ptr16, i: int, value: int, directions: int, templates: ptr16, angle: int, step: int, motion: int,
+    still: int, first: int, last: int, depths: ptr16,
+) -> int:  # fmt: skip
+    """depths[k] = how much of a line lies in direction k (1/256 of one) + 32768, for first <= k <= last.
+
+    The lesser of two fits, to the directions on either side and the line itself, so that the edge of a shadow
+    is not half a line; directions that are hardly dark are not measured. ink: one item a direction, the whole
+    turn or all that lies within 9 of first and last;
+    templates: 15 items a rel, for 0..14 directions from the line; the rest as in ink_profile. Returns 0."""
+    k = first
+    while k <= last:
+        rel = 0
+        if still == 0:
+            rel = ((angle + k * step - motion + 4) >> 3) & 31
+            if rel > 16:
+                rel = 32 - rel
+        base = rel * 15
+        least = 0 - 16383
+        side = 0
+        if (int(ink[k]) - 32768) * 4 < int(templates[base]):
+            side = 2
+        else:
+            least = 1 << 28
+        while side < 2:
+            start = 0 - 9
+            if side:
+                start = 0 - 2
+            mean_ink = 0
+            mean = 0
+            j = start
+            while j < start + 12:
+                i = k + j
+                if i < 0:
+                    i += directions
+                if i >= directions:
+                    i -= directions
+                value = j
+                if value < 0:
+                    value = 0 - value
+                mean_ink += int(ink[i]) - 32768
+                mean += int(templates[base + value])
+                j += 1
+            mean_ink = mean_ink // 12
+            mean = mean // 12
+            product = 0
+            square = 64
+            j = start
+            while j < start + 12:
+                i = k + j
+                if i < 0:
+                    i += directions
+                if i >= directions:
+                    i -= directions
+                value = j
+                if value < 0:
+                    value = 0 - value
+                value = int(templates[base + value]) - mean
+                square += value * value
+                product += value * (int(ink[i]) - 32768 - mean_ink)
+                j += 1
+            value = (product << 2) // (square >> 6)
+            if value < least:
+                least = value
+            side += 1
+        if least > 16383:
+            least = 16383
+        if least < 0 - 16383:
+            least = 0 - 16383
+        depths[k] = least + 32768
+        k += 1
+    return 0
+
+
+@micropython.viper
+def deepest(depths: ptr16, k: int, value: int, directions: int, apart: int, result: ptr32) -> int:
+    """result: the deepest direction, its depth + 32768, that of the deepest more than `apart` steps away.
+
+    Returns the deepest direction."""
+    best = 0
+    where = 0
+    k = 0
+    while k < directions:
+        value = int(depths[k])
+        if value > best:
+            best = value
+            where = k
+        k += 1
+    second = 0
+    k = apart + 1
+    while k < directions - apart:
+        value = where + k
+        if value >= directions:
+            value -= directions
+        value = int(depths[value])
+        if value > second:
+            second = value
+        k += 1
+    result[0] = where
+    result[1] = best
+    result[2] = second
+    return where
+
+
+@micropython.viper
+def line_turn(
+    ink: ptr16, i: int, value: int, templates: ptr16, base: int, half: int, middle: int, result: ptr32
+) -> int:
+    """How far a line lies off the middle of `ink` (2 * half + 1 items around `middle`): a Gauss-Newton step.
+
+    Only the odd part counts, less its linear trend, so that neither depth nor shading matters. templates: 15
+    items from `base` on; half 4..13. result: the offset in 1/256 direction + 2**20. Returns 0."""
+    square = 64
+    linear = 0
+    cross = 0
+    product = 0
+    trend = 0
+    even = 0
+    even_square = 64
+    mean = 0
+    k = 1
+    while k <= half:
+        value = int(templates[base + k])
+        mean += value
+        k += 1
+    mean = (mean + mean + int(templates[base])) // (half + half + 1)
+    k = 0
+    while k <= half:
+        value = int(templates[base + k]) - mean
+        even_square += value * value
+        i = int(ink[middle + k]) + int(ink[middle - k]) - 65536
+        even += value * (i >> 1)
+        if k:
+            even_square += value * value
+            even += value * (i >> 1)
+            i = int(ink[middle + k]) - int(ink[middle - k])
+            value = (int(templates[base + k - 1]) - int(templates[base + k + 1])) >> 1
+            square += value * value
+            linear += k * k
+            cross += k * value
+            product += value * (i >> 1)
+            trend += k * (i >> 1)
+        k += 1
+    # product' = product - trend * cross / linear, square' = square - cross^2 / linear
+    value = (cross << 4) // linear
+    product = product - (trend * value >> 4)
+    square = square - (cross * value >> 4)
+    if square < 64:
+        square = 64
+    even = (even << 2) // (even_square >> 6)
+    if even < 16:
+        even = 16
+    value = (product << 2) // (square >> 6)
+    value = (value << 8) // even
+    if value > 65536:
+        value = 65536
+    if value < 0 - 65536:
+        value = 0 - 65536
+    result[0] = value + 1048576
+    return 0

@@ -1,0 +1,146 @@
+"""The second opinion on frames drawn and blurred with integers: read, alike on both interpreters, frugal."""
+
+from larics import verdict
+from larics.blur import MOTIONS, BlurModel
+from larics.detection import FLAG_MODEL
+from larics.detector import Detector
+from larics.fixed import wrap_cdeg
+from larics.marker import LARICS3, Family
+from larics.model import SecondOpinion
+from marker_drawing import draw
+
+try:
+    import micropython
+
+    heap_lock, heap_unlock = micropython.heap_lock, micropython.heap_unlock
+except ImportError:
+
+    def heap_lock():
+        pass
+
+    heap_unlock = heap_lock
+
+WIDTH, HEIGHT = 136, 128
+X_Q4, Y_Q4, RADIUS_Q4 = 1085, 1022, 430
+
+
+def smeared(frame, length):
+    """The frame as seen during a motion to the right by `length` (odd) px."""
+    half = length // 2
+    out = bytearray(frame)
+    for y in range(HEIGHT):
+        row = y * WIDTH
+        total = sum(frame[row : row + length])
+        for x in range(half, WIDTH - half - 1):
+            out[row + x] = total // length
+            total += frame[row + x + half + 1] - frame[row + x - half]
+    return out
+
+
+def moved(marker_id, heading_cdeg, length=9):
+    return smeared(draw(WIDTH, HEIGHT, marker_id, X_Q4, Y_Q4, RADIUS_Q4, heading_cdeg), length)
+
+
+def detector(**settings):
+    return Detector(WIDTH, HEIGHT, 23, 30, **settings)
+
+
+def test_what_motion_blurs_is_read_by_the_second_opinion_alone():
+    asked = detector()
+    alone = detector(second_opinion=False)
+    for marker_id, heading_cdeg in ((3, 12345), (5, 700), (6, 29000)):
+        frame = moved(marker_id, heading_cdeg)
+        assert [one for one in alone.detect(frame) if one.marker_id >= 0] == []
+        found = asked.detect(frame)
+        assert len(found) == 1 and asked.counts.second == verdict.ACCEPTED
+        one = found[0]
+        assert one.marker_id == marker_id and one.flags == FLAG_MODEL and one.margin > 0
+        assert abs(one.x_q8 - 16 * X_Q4) <= 32, one
+        assert abs(one.y_q8 - 16 * Y_Q4) <= 32, one
+        assert abs(one.radius_q8 - 16 * RADIUS_Q4) <= 160, one
+        assert abs(wrap_cdeg(one.heading_cdeg - heading_cdeg)) <= 100, (one, heading_cdeg)
+    assert MOTIONS[asked.second.blur.motion] > 1280 and asked.second.blur.direction in (0, 2, 30)
+
+
+def test_a_sharp_marker_needs_no_second_opinion():
+    finder = detector()
+    found = finder.detect(draw(WIDTH, HEIGHT, 3, X_Q4, Y_Q4, RADIUS_Q4, 4000))
+    assert len(found) == 1 and found[0].flags == 0
+    assert finder.counts.second == -1
+
+
+def test_what_a_sharp_picture_hides_stays_hidden():
+    frame = draw(WIDTH, HEIGHT, 7, X_Q4, Y_Q4, RADIUS_Q4, 0)
+    for y in range(16, 64):  # glare over a coding line and the ring beside it
+        for x in range(WIDTH):
+            frame[y * WIDTH + x] = 255
+    finder = detector()
+    for one in finder.detect(frame):
+        assert not one.flags & FLAG_MODEL
+
+
+def test_nothing_is_allocated():
+    finder = detector()
+    frames = [moved(5, 700), moved(2, 20000, 3), bytearray(WIDTH * HEIGHT)]
+    frames.append(bytearray(k * k % 251 for k in range(WIDTH * HEIGHT)))
+    frames.append(smeared(draw(WIDTH, HEIGHT, 4, X_Q4, Y_Q4, RADIUS_Q4, 3, 190, 100), 15))
+    finder.detect(frames[0])
+    ids = asked = 0
+    heap_lock()
+    try:
+        for frame in frames:
+            for one in finder.detect(frame):
+                ids = ids * 8 + one.marker_id
+            if finder.counts.second >= 0:
+                asked += 1
+    finally:
+        heap_unlock()
+    assert asked >= 2 and ids >= 5
+
+
+def test_candidates_are_kept_by_promise_and_once():
+    second = SecondOpinion(WIDTH, HEIGHT, LARICS3, 175, bytearray(8))
+    kept = second._candidates
+    for x, said in ((10, verdict.NO_RADIUS), (30, verdict.NO_ORIENTATION), (11, verdict.NO_RADIUS)):
+        second.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said)
+    for x in range(50, 120, 10):
+        second.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, verdict.NO_FIT)
+    assert [kept[6 * index + 1] >> 8 for index in range(4)] == [30, 50, 60, 70]
+    second.forget()
+    assert second.examine(bytearray(WIDTH * HEIGHT)) == verdict.NO_RADIUS
+
+
+def test_blur_spreads_a_line_and_keeps_its_ink():
+    model = BlurModel(LARICS3, 175)
+    before = 0
+    for sigma in (0, 8, 14):
+        model.prepare(sigma, 0, 0, 1, 0)
+        bar = model.bars[:24]
+        ink = 2 * sum(bar) - bar[0]
+        assert abs(ink - 1024 * 175 * 24 // 1500) <= 40, ink
+        assert bar[4] >= before
+        assert [one for one, other in zip(bar, bar[1:]) if one < other] == []
+        before = bar[4]
+
+
+def test_it_knows_the_families_with_rings_of_two_to_three():
+    assert SecondOpinion.knows(LARICS3) and SecondOpinion.knows(LARICS3.scaled(800))
+    other = Family(inner_mm10=1150, code_end_mm10=900)
+    assert not SecondOpinion.knows(other)
+    assert Detector(WIDTH, HEIGHT, 23, 30, family=other).second is None
+    assert detector(second_opinion=False).second is None
+    assert 8000 < detector().memory() - detector(second_opinion=False).memory() < 16384
+
+
+def test_tilt_widens_the_range():
+    level = Detector(WIDTH, HEIGHT, 23, 30)
+    tilted = Detector(WIDTH, HEIGHT, 23, 30, max_tilt_deg=35)
+    small = draw(WIDTH, HEIGHT, 6, X_Q4, Y_Q4, 17 * 16, 9000)
+    assert level.detect(small) == []
+    assert tilted.detect(small)[0].marker_id == 6
+    for wrong in (-1, 41):
+        try:
+            detector(max_tilt_deg=wrong)
+        except ValueError:
+            continue
+        raise AssertionError("%d was accepted" % wrong)

@@ -1,0 +1,54 @@
+"""What the kernels of the second opinion hand to each other, made by the kernels themselves."""
+
+from array import array
+
+from inputs import words
+
+from larics.fixed import table16
+from larics.kernels import blur, polar
+from larics.tables import RAMP_Q12
+
+RAMP = table16(RAMP_Q12)
+LINE_Q8 = 717
+BLURS = ((128, 0), (610, 0), (1332, 3072), (200, 2176))  # sigma, motion
+
+
+def bars_of(sigma, motion):
+    """Bars for 17 rels and the one along a line, all alike."""
+    bars = array("H", bytes(2 * 24 * 18))
+    for rel in range(18):
+        width = LINE_Q8 if rel < 17 else 2253
+        blur.blurred_bar(RAMP, 0, 0, width, motion * rel // 17, sigma, rel * 24, 24, bars)
+    return bars
+
+
+def templates_of(bars):
+    """Templates and their sums for 17 rels."""
+    templates = array("H", bytes(2 * 48 * 17))
+    sums = array("i", bytes(4 * 8 * 17))
+    for rel in range(17):
+        blur.ring_template(bars, 0, 0, rel * 24, templates, rel * 48, sums, rel * 8, 3)
+    return templates, sums
+
+
+def grey_samples(kind, count, random):
+    """array('H') of `count` greys * 16: noise, extremes, flat, or two rings of 16 samples a direction."""
+    if kind == "noise":
+        return words(count, random, 0, 4080)
+    if kind == "extremes":
+        return array("H", [4080 * random.below(2) for _ in range(count)])
+    if kind == "flat":
+        return array("H", [2000] * count)
+    dark = (8, 40, 80, 40, 8, 0, 0, 0, 0, 8, 40, 80, 40, 8, 0, 0)
+    return array("H", [4080 - 50 * dark[i & 15] + random.below(80) for i in range(count)])
+
+
+KINDS = ("noise", "extremes", "flat", "rings")
+
+
+def means_of(kind, sectors, random):
+    """Means of `sectors` sectors of 2 directions, as polar.mean_samples writes them."""
+    samples = grey_samples(kind, sectors * 32, random)
+    means = array("H", bytes(2 * (sectors * 17)))
+    polar.mean_samples(samples, 0, 0, 2, sectors, 16, means)
+    return means

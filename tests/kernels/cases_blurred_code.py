@@ -1,0 +1,46 @@
+"""Calls of the kernels in larics.kernels.blurred_code."""
+
+from array import array
+
+from blurred import BLURS, bars_of
+from inputs import ints, words
+
+from larics.fixed import COSINE
+from larics.kernels import blurred_lines
+
+REACH = 31
+BIAS = 65536
+
+
+def code_templates(sigma, motion):
+    """Templates of 4 axes in 2 zones."""
+    bars = bars_of(sigma, motion)
+    templates = array("H", bytes(2 * 33 * 8))
+    for axis in range(4):
+        for zone, (first, count) in enumerate(((4, 4), (8, 5))):
+            blurred_lines.line_template(
+                bars, 0, 0, axis * 96, 17 * 24, 2150, COSINE, 4, 33, first, count, templates,
+                33 * (2 * axis + zone),
+            )  # fmt: skip
+    return templates
+
+
+def fit_code(random):
+    for sigma, motion in BLURS:
+        for low, high in ((32768 - 8191, 32768 + 8191), (32700, 33500)):
+            yield (
+                words(128, random, low, high), 0, 0, code_templates(sigma, motion), REACH, ints(81, random),
+                ints(9, random), ints(9, random), 16,
+            )  # fmt: skip
+
+
+def code_residuals(random):
+    for sigma, motion in BLURS:
+        for low, high in ((32768 - 8191, 32768 + 8191), (32700, 33500)):
+            yield (
+                words(128, random, low, high), 0, 0, code_templates(sigma, motion), REACH,
+                ints(9, random, BIAS - 1023, BIAS + 1023), ints(9, random),
+            )  # fmt: skip
+
+
+CASES = {"fit_code": fit_code, "code_residuals": code_residuals}

@@ -1,0 +1,63 @@
+"""Calls of the kernels in larics.kernels.blurred_lines."""
+
+from blurred import BLURS, KINDS, bars_of, grey_samples
+from inputs import ints, words
+
+from larics.fixed import COSINE
+
+ALONG = 17 * 24
+
+
+def line_template(random):
+    for sigma, motion in BLURS:
+        bars = bars_of(sigma, motion)
+        yield bars, 0, 0, 5 * 24, ALONG, 7782, COSINE, 2, 15, 28, 8, words(40, random), 15
+        yield bars, 0, 0, 0, ALONG, 2150, COSINE, 4, 33, 4, 4, words(33, random), 0
+
+
+def erase_line(random):
+    for kind in KINDS:
+        for sigma, motion in BLURS:
+            for cosine, sine in ((16384, 0), (-11585, 11585)):
+                yield (
+                    grey_samples(kind, 64 * 16, random), 0, 0, 3 * 24, ALONG, 7782, bars_of(sigma, motion),
+                    COSINE, cosine, sine, 13, 16, 16383, 64, 5887,
+                )  # fmt: skip
+
+
+def ink_profile(random):
+    for kind in KINDS:
+        for sigma, motion in BLURS:
+            for levels in (words(64, random, 0, 16383), words(64, random, 1500, 2000)):
+                yield (
+                    grey_samples(kind, 128 * 8, random), 0, 0, 128, 8, 0, 8, levels, -31, 4,
+                    bars_of(sigma, motion), 120, 0 if motion else 1, 28, words(130, random), 2,
+                )  # fmt: skip
+
+
+def line_depths(random):
+    for low, high in ((32768 - 8191, 32768 + 8191), (32700, 32900), (33768, 33768)):
+        for still in (0, 1):
+            ink = words(128, random, low, high)
+            templates = words(15 * 17, random, 0, 1024)
+            yield ink, 0, 0, 128, templates, 77, 4, 200, still, 0, 127, words(128, random)
+
+
+def deepest(random):
+    for low, high in ((0, 65535), (32768, 32768), (16385, 49151)):
+        yield words(128, random, low, high), 0, 0, 128, 10, ints(3, random)
+
+
+def line_turn(random):
+    for low, high in ((32768 - 8191, 32768 + 8191), (32700, 32900), (33768, 33768)):
+        yield words(29, random, low, high), 0, 0, words(30, random, 0, 1024), 15, 13, 14, ints(1, random)
+
+
+CASES = {
+    "line_template": line_template,
+    "erase_line": erase_line,
+    "ink_profile": ink_profile,
+    "line_depths": line_depths,
+    "deepest": deepest,
+    "line_turn": line_turn,
+}

@@ -1,0 +1,42 @@
+"""Calls of the kernels in larics.kernels.polar."""
+
+from blurred import BLURS, KINDS, bars_of, grey_samples, templates_of
+from inputs import frames, ints, words
+
+from larics.fixed import COSINE
+
+WIDTH, HEIGHT = 72, 60
+
+
+def polar_samples(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for cx, cy, radius, e1, e2, hx, hy, first, count, directions, step in (
+            (36 * 256, 30 * 256, 14 * 256, 0, 0, 0, 0, 13, 16, 64, 4),
+            (36 * 256 + 77, 30 * 256 + 201, 13 * 256 + 9, 3500, -2000, -3500, 900, 28, 8, 29, 2),
+            (36 * 256, 30 * 256, 5 * 256, -4096, 4096, 4096, -4096, 4, 9, 64, 4),
+            (36 * 256, 30 * 256, 96 * 256, 0, 0, 0, 0, 13, 16, 64, 4),
+            (100, 30 * 256, 14 * 256, 0, 0, 0, 0, 0, 20, 64, 4),
+        ):
+            yield (
+                frame, 0, 0, 0, WIDTH, HEIGHT, cx, cy, COSINE, directions, step, 228, 15137, 6270, radius, e1,
+                e2, hx, hy, first, count, words(directions * count, random),
+            )  # fmt: skip
+
+
+def mean_samples(random):
+    for kind in KINDS:
+        for group, sectors in ((2, 32), (4, 16), (8, 8), (1, 64)):
+            yield grey_samples(kind, 64 * 16, random), 0, 0, group, sectors, 16, words(17 * sectors, random)
+
+
+def sector_radii(random):
+    for kind in KINDS:
+        for sigma, motion in BLURS:
+            templates, sums = templates_of(bars_of(sigma, motion))
+            yield (
+                grey_samples(kind, 32 * 48, random), 0, 0, 48, 12 * 64, 64, 24 * 64, 36 * 64, 30 * 64,
+                templates, sums[0], 150, words(48, random), ints(32, random),
+            )  # fmt: skip
+
+
+CASES = {"polar_samples": polar_samples, "mean_samples": mean_samples, "sector_radii": sector_radii}
