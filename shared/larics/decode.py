@@ -18,18 +18,16 @@ from larics.kernels import lines as kernels
 POSITIONS = const(8)  # every 45 degrees from the orientation line; 2, 4 and 6 carry the bits
 
 # result items of the kernel line_crossings
-_OUTSIDE = const(1)
-_AREA = const(2)
-_COUNTED = const(3)
 _ROTATION = const(4)
 _SLOPE = const(5)
-_DEVIATION = const(6)
+_AREA = const(7)
+_GAP = const(8)
+_SLOPE_MOST = const(9)
 
 _HYPOTHESES = const(3)
 _SAMPLES = const(3)  # in each direction of the annulus
 _CODE_OPENING = const(104)  # half the angle between two positions, as a slope / 256
 _CODE_RADII = const(4)
-_WINDOW_CAP_Q8 = const(3584)
 
 
 class LineReader:
@@ -37,14 +35,11 @@ class LineReader:
 
     angle_turn16       clockwise angle of the orientation line, 1/65536 turn
     rivals             directions outside the rings that pass as an orientation line: 1 for a marker
-    line_q8            the line's area, 256 = as much as the rings'
-    slope_q10, slope_most_q10  of its centroids against its radius (radians * 1024), and what is allowed
-    deviation_q10      mean distance of the centroids from the line, 1/1024 px
-    gap_q8             share of the line that is interrupted * 256
+    line               what the kernel line_crossings measured of it
     second_q8          depth of the second darkest direction, 256 = as deep as the line
     code_inside        whether all eight positions lie inside the frame
     code               array of 8 * (area of the inner half of a position, of its outer half, below the darker
-                       of both sides; both again, below the mean of the sides, which may be negative;
+                       of both sides; both again, below the mean of the sides, + kernels.rings.BIAS;
                        brightness beside it in log units); areas: 256 = as the rings'
     """
 
@@ -57,8 +52,9 @@ class LineReader:
         self._line_q10 = (line_mm10 << 10) // outer
         self._annulus_first_q10 = ((outer + half_mm10 + 130) << 10) // outer
         self._annulus_last_q10 = ((family.orientation_end_mm10 * 17 // 20) << 10) // outer
-        self._line_first_q10 = ((outer + half_mm10 + 50) << 10) // outer
-        self._line_last_q10 = ((family.orientation_end_mm10 - 50) << 10) // outer
+        first_q10 = ((outer + half_mm10 + 50) << 10) // outer
+        last_q10 = ((family.orientation_end_mm10 - 50) << 10) // outer
+        self._shape = array("i", (first_q10, last_q10, self._gap_q10, self._line_q10))
         code_first_mm10 = max(family.code_start_mm10 + 50, line_mm10 * 21 // 10)
         self._code_first_q10 = (code_first_mm10 << 10) // outer
         self._code_last_q10 = ((family.code_end_mm10 - 20) << 10) // outer
@@ -66,15 +62,14 @@ class LineReader:
         self._profile = array("H", bytes(512))
         self._depths = array("H", bytes(512))
         self._picks = array("i", bytes(8 * _HYPOTHESES))
-        self._result = array("i", bytes(48))
+        self.line = array("i", bytes(40))
         self.code = array("i", bytes(20 * POSITIONS))
         self.code_inside = 1
-        self.angle_turn16 = self.rivals = self.line_q8 = self.slope_q10 = self.deviation_q10 = 0
-        self.gap_q8 = self.second_q8 = self.slope_most_q10 = 0
+        self.angle_turn16 = self.rivals = self.second_q8 = 0
 
     def memory(self):
         """Bytes of the buffers."""
-        return 1024 + 8 * _HYPOTHESES + 48 + 20 * POSITIONS
+        return 1024 + 8 * _HYPOTHESES + 56 + 20 * POSITIONS
 
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
@@ -99,60 +94,41 @@ class LineReader:
         )
         best_turn16 = best_q8 = 0
         for index in range(found):
-            self._measure(frame, rings, x_q8, y_q8, picks[2 * index] * stride * 256, 2)
-            if self._passes() and self.line_q8 * 2 > best_q8:
-                if self.line_q8 > best_q8 * 2:
+            self._measure(frame, rings, picks[2 * index] * stride * 256, 2)
+            line_q8 = self.line[_AREA]
+            if self._passes() and line_q8 * 2 > best_q8:
+                if line_q8 > best_q8 * 2:
                     self.rivals = 0
                 self.rivals += 1
                 if self.rivals == 1:
-                    best_q8 = self.line_q8
+                    best_q8 = line_q8
                     best_turn16 = self.angle_turn16
                     if found > index + 1:
                         self.second_q8 = (picks[2 * index + 3] << 8) // picks[2 * index + 1]
                     else:
                         self.second_q8 = 0
         if self.rivals == 1 and best_turn16 != self.angle_turn16:
-            self._measure(frame, rings, x_q8, y_q8, best_turn16, 1)
+            self._measure(frame, rings, best_turn16, 1)
         return self.rivals
 
     def _passes(self):
         """Whether what was measured last is a straight, radial, uninterrupted line."""
-        return self.line_q8 >= 96 and self.gap_q8 <= 90 and abs(self.slope_q10) < self.slope_most_q10
+        line = self.line
+        return line[_AREA] >= 96 and line[_GAP] <= 90 and line[_SLOPE] < line[_SLOPE_MOST]
 
     def refine(self, frame, rings):
         """Measures the orientation line once more, from its last angle and the present centre."""
-        self._measure(
-            frame, rings, (rings.true_x_q10 + 2) >> 2, (rings.true_y_q10 + 2) >> 2, self.angle_turn16, 1
-        )
+        self._measure(frame, rings, self.angle_turn16, 1)
 
-    def _measure(self, frame, rings, x_q8, y_q8, angle_turn16, rounds):
-        radius_q8 = rings.radius_q8
-        window_q8 = radius_q8 * self._gap_q10 >> 10
-        if window_q8 < 300:
-            window_q8 = 300
-        if window_q8 > _WINDOW_CAP_Q8:
-            window_q8 = _WINDOW_CAP_Q8
-        self.slope_most_q10 = 65 + 294912 // radius_q8  # short lines are less straight
+    def _measure(self, frame, rings, angle_turn16, rounds):
         area = rings.outer_area_near(angle_turn16)
-        line_q8 = radius_q8 * self._line_q10 >> 10
-        first_q8 = radius_q8 * self._line_first_q10 >> 10
-        last_q8 = radius_q8 * self._line_last_q10 >> 10
-        result = self._result
         for _ in range(rounds):
-            inside = kernels.line_crossings(
-                0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, x_q8, y_q8, angle_turn16,
-                first_q8, last_q8, window_q8, line_q8 >> 1, (area << 5) // line_q8, area * 3 >> 3, result,
+            kernels.line_crossings(
+                0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, rings.fit, self._shape,
+                angle_turn16, area, self.line,
             )  # fmt: skip
-            angle_turn16 = (angle_turn16 + result[_ROTATION]) & 65535
+            angle_turn16 = (angle_turn16 + self.line[_ROTATION]) & 65535
         self.angle_turn16 = angle_turn16
-        self.slope_q10 = result[_SLOPE]
-        self.deviation_q10 = result[_DEVIATION]
-        if inside < 2 or inside < result[_OUTSIDE]:
-            self.line_q8 = 0
-            self.gap_q8 = 256
-        else:
-            self.line_q8 = (result[_AREA] << 8) // (inside * area + 1)
-            self.gap_q8 = ((inside - result[_COUNTED]) << 8) // inside
 
     def read_code(self, frame, rings):
         """Measures the eight positions inside the inner ring."""

@@ -175,7 +175,7 @@ class Detector:
         self.lines = LineReader(width, height, family, line_mm10)
         if allowed_ids is None:
             allowed_ids = range(8)
-        self.judge = verdicts.Judge(inner_q10, [i for i in allowed_ids if i or allow_id0 or family.allow_id0])
+        self.judge = verdicts.Judge([i for i in allowed_ids if i or allow_id0 or family.allow_id0])
         self.second = None
         if second_opinion:
             from larics.model import SecondOpinion  # a board with little memory does without

@@ -1,6 +1,7 @@
 """Calls of the kernels in larics.kernels.lines."""
 
-from inputs import frames, ints, words
+from cases_rings import fit
+from inputs import frames, ints, words, zeros32
 
 from larics import fixed
 
@@ -35,17 +36,21 @@ def dark_directions(random):
 
 def line_crossings(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for cx, cy, turn16, first, last, window, half_line, clip, least in (
-            (36 * 256, 30 * 256, 0, 2560, 6000, 900, 128, 10, 100),
-            (36 * 256 + 99, 30 * 256 + 3, 8192, 3600, 7000, 3584, 500, 0, 0),
-            (71 * 256, 0, 40000, 2000, 32768, 256, 0, 40, 0),
-            (20 * 256, 59 * 256, 16384, 1500, 9000, 512, 64, 0, 2000),
-            (36 * 256, 10 * 256, 50000, 1600, 6000, 1500, 300, 3, 5),
-            (36 * 256, 30 * 256, 60001, 4000, 256, 600, 100, 3, 5),
+        for cx, cy, turn16, radius, first, last, gap, line, area in (
+            (36 * 256, 30 * 256, 0, 2560, 1024, 2047, 170, 120, 100),
+            (36 * 256 + 99, 30 * 256 + 3, 8192, 5600, 1100, 1500, 170, 36, 1),
+            (71 * 256, 0, 40000, 20480, 1100, 1600, 170, 205, 65535),
+            (20 * 256, 59 * 256, 16384, 1536, 1100, 2000, 170, 120, 2000),
+            (36 * 256, 10 * 256, 50000, 4000, 600, 1500, 300, 120, 5),
+            (36 * 256, 30 * 256, 60001, 4000, 1024, 64, 150, 120, 700),
         ):
+            pose = fit(true_x_q10=cx * 4, true_y_q10=cy * 4, radius_q8=radius)
+            shape = zeros32(4)
+            for i, value in enumerate((first, last, gap, line)):
+                shape[i] = value
             yield (
-                0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, cx, cy, turn16, first, last,
-                window, half_line, clip, least, ints(7, random),
+                0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, pose, shape, turn16, area,
+                ints(10, random),
             )  # fmt: skip
 
 

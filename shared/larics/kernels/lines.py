@@ -5,8 +5,14 @@ Angles count clockwise from x, because y points down. Darkness is in units of ta
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+_BIAS = const(1 << 24)  # what may be negative is stored with this added: ptr32 loads differ in their sign
+_RADIUS_Q8 = const(6)  # items as in kernels.rings: FIT
+_TRUE_X_Q10 = const(12)
+_TRUE_Y_Q10 = const(13)
 
 
 @micropython.viper
@@ -127,18 +133,34 @@ def dark_directions(
 @micropython.viper
 def line_crossings(
     position: int, value: int, base: int, image: ptr8, log: ptr16, circle: ptr16, width: int, height: int,
-    cx: int, cy: int, angle: int, first: int, last: int, window: int, half_line: int, clip: int,
-    least_area: int, result: ptr32,
+    fit: ptr32, shape: ptr32, angle: int, area_unit: int, result: ptr32,
 ) -> int:  # fmt: skip
-    """How the pixel rows (or columns) between two radii cross a dark radial line from (cx, cy).
+    """How the pixel rows (or columns) outside the rings cross a dark radial line from their centre.
 
-    cx, cy (inside the frame), first, last (radii, 256..32768) in 1/256 px; angle: clockwise, 0..65535 of a
-    turn; circle: fixed.COSINE; window: half width, 1/256 px, 256..3584 and below `first`; half_line: of the
-    line's width. Where rows cross obliquely, the radii are narrowed so that a window touches neither the
-    line's end nor what lies within `first`. clip and least_area as in `ring_crossings`. result: crossings
-    inside the frame, outside, their area, crossings with least_area, rotation (1/65536 turn, to be added to
-    the clockwise angle), slope of the centroids against the radius (1/1024), their mean distance from the
-    line (1/1024 px). Returns the number of crossings inside the frame."""
+    fit: kernels.rings: FIT, centre inside the frame; angle: clockwise, 0..65535 of a turn; circle:
+    fixed.COSINE; area_unit: darkness times width of the rings (log units * px); shape: for an outer radius of
+    1024 the radii where the line's measuring begins and ends (below 2048), half the window, the line's width.
+    Where rows cross obliquely, the radii are narrowed so that a window touches neither the line's end nor
+    what lies within. result: crossings inside the frame, outside, their area, crossings with at least 3/8
+    of the rings' area, rotation (1/65536 turn, to be added to the clockwise angle), steepness of the
+    centroids against the radius (1/1024), their mean distance from the line (1/1024 px), mean area of a
+    crossing and share of those with less (256 = as the rings', 256 = all), largest steepness to be
+    expected. Returns the number of crossings inside the frame."""
+    cx = (int(fit[_TRUE_X_Q10]) - (_BIAS - 2)) >> 2
+    cy = (int(fit[_TRUE_Y_Q10]) - (_BIAS - 2)) >> 2
+    radius = int(fit[_RADIUS_Q8])
+    result[9] = 65 + 294912 // radius  # short lines are less straight
+    first = (radius * int(shape[0])) >> 10
+    last = (radius * int(shape[1])) >> 10
+    window = (radius * int(shape[2])) >> 10
+    if window < 300:
+        window = 300
+    if window > 3584:
+        window = 3584
+    half_line = (radius * int(shape[3])) >> 10
+    clip = (area_unit << 5) // half_line
+    half_line = half_line >> 1
+    least_area = (area_unit * 3) >> 3
     index = angle >> 8
     fraction = angle & 255
     cosine = int(circle[index])
@@ -247,8 +269,16 @@ def line_crossings(
     result[4] = (value * 10430) >> 15
     radius = sum_r // counted
     value = ((sum_rr - radius * sum_r) >> 3) + 1
-    result[5] = (sum_dr - radius * sum_d) // value
+    value = (sum_dr - radius * sum_d) // value
+    if value < 0:
+        value = 0 - value
+    result[5] = value
     result[6] = sum_abs // counted
+    result[7] = 0
+    result[8] = 256
+    if inside >= 2 and inside >= outside:
+        result[7] = (area_sum << 8) // (inside * area_unit + 1)
+        result[8] = ((inside - int(result[3])) << 8) // inside
     return inside
 
 
@@ -266,7 +296,8 @@ def code_positions(
     first position, clockwise, 0..65535 of a turn; circle: fixed.COSINE; clip: log units; area_unit: 1..65535,
     log units * px.
     result, for each position: area of the nearer half of the radii below the darker end, of the farther half,
-    both again below the mean of the ends (may be negative), all as 256ths of area_unit; mean of the ends.
+    both again below the mean of the ends (+ BIAS, may be negative), all as 256ths of area_unit; mean of the
+    ends.
     Returns 1, or 0 when a sample would lie outside the frame."""
     index = angle >> 8
     fraction = angle & 255
@@ -340,8 +371,8 @@ def code_positions(
                 mean = 0
         result[slot] = near_area // unit
         result[slot + 1] = area // unit
-        result[slot + 2] = near_mean // unit
-        result[slot + 3] = mean // unit
+        result[slot + 2] = near_mean // unit + _BIAS
+        result[slot + 3] = mean // unit + _BIAS
         result[slot + 4] = level // (radii + radii)
         slot += 5
         value = ((cosine + sine) * 11585) >> 14

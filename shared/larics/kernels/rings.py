@@ -7,8 +7,42 @@ tables.LOG_GREY_Q8 (256 per octave of grey + 16), so that it does not depend on 
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+# FIT: items of the array that holds the pose of a candidate and what a pass takes from it
+X_Q8 = const(0)  # centre used for the last pass
+Y_Q8 = const(1)
+WINDOW_Q8 = const(2)  # to both sides of a ring
+CLIP = const(3)  # log units
+LEAST_AREA = const(4)  # that a crossing must have to count
+LIMIT_Q10 = const(5)  # largest residual that counts
+RADIUS_Q8 = const(6)
+INNER_Q8 = const(7)
+BULGE_COS = const(8)  # second harmonic of the outer radius, 1/1024 px; + BIAS
+BULGE_SIN = const(9)
+X_Q10 = const(10)  # centre, mean of the rings'; + BIAS
+Y_Q10 = const(11)
+TRUE_X_Q10 = const(12)  # centre with the correction for perspective; + BIAS
+TRUE_Y_Q10 = const(13)
+AREA = const(14)  # darkness times width of the rings' line, log units * px; 0 before the first pass
+MOVED_Q10 = const(15)  # by the last pass
+INNER_Q10 = const(16)  # the marker's geometry, outer radius 1024: radius of the inner ring,
+LINE_Q10 = const(17)  # width of the lines,
+GAP_Q10 = const(18)  # half the gap between the rings
+BEYOND_Q8 = const(19)  # of the rings' centres' difference, how far the true centre is beyond their mean
+FIT_ITEMS = const(20)
+
+BIAS = const(1 << 24)  # what may be negative is stored with this added: ptr32 loads differ in their sign
+
+# items of a ring's harmonics, after the five coefficients (+ BIAS)
+DEVIATION = const(5)
+USED = const(6)
+INSIDE = const(7)
+MEAN_AREA = const(8)
+
+APART_Q10 = const(3000)  # the rings' centres differ by less, or they are not one marker's
 
 
 @micropython.viper
@@ -146,20 +180,74 @@ def choose_radius(
 
 
 @micropython.viper
+def begin_pass(fit: ptr32, window: int, area: int, limit: int, width: int, height: int) -> int:
+    """Sets what a pass over both rings takes from the pose so far; `limit` as in `RingFit.refine`.
+
+    fit: see `FIT`; radii up to 20480, area 0..2**20. Returns 1, or 0 when the outer radius is below 6 px or
+    the centre outside the frame."""
+    window = (int(fit[X_Q10]) - (BIAS - 2)) >> 2
+    area = (int(fit[Y_Q10]) - (BIAS - 2)) >> 2
+    if window < 0 or area < 0 or (window >> 8) >= width or (area >> 8) >= height:
+        return 0
+    if int(fit[RADIUS_Q8]) < 1536:
+        return 0
+    fit[X_Q8] = window
+    fit[Y_Q8] = area
+    # to the middle of the gap between the rings; with large rings, less of it will do
+    window = (int(fit[RADIUS_Q8]) * int(fit[GAP_Q10])) >> 10
+    if window < 300:
+        window = 300
+    if window > 640:
+        window = (window * 7) >> 3
+        if window < 640:
+            window = 640
+        if window > 3584:
+            window = 3584
+    fit[WINDOW_Q8] = window
+    fit[LIMIT_Q10] = (window * limit) >> 6
+    window = (int(fit[RADIUS_Q8]) * int(fit[LINE_Q10])) >> 10
+    area = int(fit[AREA])
+    if area > 0:
+        # later passes clip an eighth of the depth
+        fit[CLIP] = (area << 5) // window
+        fit[LEAST_AREA] = (area * 3) >> 3
+    else:
+        fit[CLIP] = 8
+        fit[LEAST_AREA] = (window * 12) >> 8  # about 4 of 100 grey levels deep
+    return 1
+
+
+@micropython.viper
 def ring_crossings(
-    position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, cx: int, cy: int,
-    radius: int, window: int, step: int, clip: int, roots: ptr16, bulge_cos: int, bulge_sin: int, limit: int,
-    least_area: int, skip: ptr8, skip_bit: int, sectors: ptr32,
+    position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, fit: ptr32,
+    ring: int, lines: int, roots: ptr16, skip: ptr8, sectors: ptr32,
 ) -> int:  # fmt: skip
     """Where pixel rows (within 45 degrees of x) and columns (the others) cross a dark ring line.
 
     Each crossing is the centroid of what is darker than the straight line between the window's ends by more
-    than `clip`; no pixel is interpolated. cx, cy, radius (1536..20480), window (half width, 256..radius /
-    4) in 1/256 px, the centre inside the frame; step: rows between crossings; roots: tables.ROOT; bulge_*:
-    second harmonic of the radius, 1/1024 px, taken off (+-8192); limit: largest residual that counts
-    (1/1024 px); least_area: smallest darkness times width that counts (log units * px). sectors: 32 x
+    than a clip; no pixel is interpolated. `fit` as `begin_pass` left it: centre inside the frame, radius
+    1536..20480 and window (half width, 256..radius / 4) in 1/256 px, bulge (+-8192) and largest residual that
+    counts in 1/1024 px, clip and smallest darkness times width that counts (log units * px). ring: 0 the
+    outer, 1 the inner one; lines: crossings a quarter ring, about; roots: tables.ROOT. sectors: 32 x
     (crossings inside the frame, their area, those that count, sum of residual + 32768 in 1/1024 px) are
     added to. Returns the number of crossings tried."""
+    cx = int(fit[X_Q8])
+    cy = int(fit[Y_Q8])
+    radius = int(fit[RADIUS_Q8 + ring])
+    window = int(fit[WINDOW_Q8])
+    clip = int(fit[CLIP])
+    limit = int(fit[LIMIT_Q10])
+    least_area = int(fit[LEAST_AREA])
+    bulge_cos = int(fit[BULGE_COS]) - BIAS
+    bulge_sin = int(fit[BULGE_SIN]) - BIAS
+    if ring:
+        value = int(fit[INNER_Q10])
+        bulge_cos = (bulge_cos * value) >> 10
+        bulge_sin = (bulge_sin * value) >> 10
+    step = ((radius * 362) >> 16) // lines
+    if step < 1:
+        step = 1
+    skip_bit = 1 << ring
     measured = 0
     radius2 = radius * radius
     swap = 0
@@ -286,8 +374,8 @@ def ring_harmonics(
     from the harmonics, are left out; repeated projection (`rounds` times, 1..8) makes up for the gaps.
     sectors: as in `ring_crossings`, up to 255 crossings each; means: 32 items of scratch space (second half:
     mean area of each sector + 1, or 0 where there was none); units: tables.HARMONICS_4.
-    result: constant, cos, sin, cos 2, sin 2 (1/1024 px), mean deviation (1/1024 px), sectors used, sectors
-    with crossings, mean area of the used ones. Returns the number of sectors used."""
+    result: constant, cos, sin, cos 2, sin 2 (1/1024 px, + BIAS), mean deviation (1/1024 px), sectors used,
+    sectors with crossings, mean area of the used ones. Returns the number of sectors used."""
     inside = 0
     i = 0
     slot = 0
@@ -386,11 +474,11 @@ def ring_harmonics(
         i += 1
     if counted < 1:
         counted = 1
-    result[0] = a0 - 32768
-    result[1] = a1
-    result[2] = b1
-    result[3] = a2
-    result[4] = b2
+    result[0] = a0 - 32768 + BIAS
+    result[1] = a1 + BIAS
+    result[2] = b1 + BIAS
+    result[3] = a2 + BIAS
+    result[4] = b2 + BIAS
     result[5] = deviation
     result[6] = used
     result[7] = inside
@@ -399,25 +487,74 @@ def ring_harmonics(
 
 
 @micropython.viper
-def weak_sectors(means: ptr32, i: int, weak: int, first: int, count: int, least: int) -> int:
-    """How many of `count` sectors from `first` (any integer >= 0, modulo 16) have a mean area below `least`.
+def end_pass(fit: ptr32, value: int, radius: int, outer: ptr32, inner: ptr32) -> int:
+    """Moves the pose by the harmonics of both rings (`ring_harmonics`) and corrects for perspective.
 
-    means: 32 items as `ring_harmonics` leaves them; a sector outside the frame counts as weak."""
-    weak = 0
-    i = first
-    while i < first + count:
-        if int(means[16 + (i & 15)]) <= least:
-            weak += 1
-        i += 1
-    return weak
+    Both rings weigh the same. The true centre lies beyond the mean of the rings' centres, by a factor of
+    their difference which is weighted by how sure the difference is. Returns 1, or 0 when the rings' centres
+    are so far apart that they cannot be one marker's."""
+    radius = int(fit[RADIUS_Q8])
+    fit[AREA] = (int(outer[MEAN_AREA]) + int(inner[MEAN_AREA])) >> 1
+    dx = int(outer[1]) + int(inner[1]) - BIAS - BIAS
+    dy = int(outer[2]) + int(inner[2]) - BIAS - BIAS
+    x = (int(fit[X_Q8]) << 2) + (dx >> 1)
+    y = (int(fit[Y_Q8]) << 2) + (dy >> 1)
+    fit[X_Q10] = x + BIAS
+    fit[Y_Q10] = y + BIAS
+    growth = int(outer[0]) - BIAS
+    value = growth << 1
+    if value < 0:
+        value = 0 - value
+    if dx < 0:
+        dx = 0 - dx
+    if dy < 0:
+        dy = 0 - dy
+    if dx > value:
+        value = dx
+    if dy > value:
+        value = dy
+    fit[MOVED_Q10] = value >> 1
+    radius += (growth + 2) >> 2
+    fit[RADIUS_Q8] = radius
+    fit[INNER_Q8] = int(fit[INNER_Q8]) + ((int(inner[0]) - (BIAS - 2)) >> 2)
+    ratio = int(fit[INNER_Q10])
+    value = int(outer[3]) - BIAS + ((int(inner[3]) - BIAS) << 10) // ratio
+    fit[BULGE_COS] = int(fit[BULGE_COS]) + (value >> 1)
+    value = int(outer[4]) - BIAS + ((int(inner[4]) - BIAS) << 10) // ratio
+    fit[BULGE_SIN] = int(fit[BULGE_SIN]) + (value >> 1)
+    dx = int(outer[1]) - int(inner[1])
+    dy = int(outer[2]) - int(inner[2])
+    if dx >= APART_Q10 or dx <= 0 - APART_Q10 or dy >= APART_Q10 or dy <= 0 - APART_Q10:
+        return 0
+    value = int(outer[DEVIATION])
+    noise = int(inner[DEVIATION])
+    if value > 3200:
+        value = 3200
+    if noise > 3200:
+        noise = 3200
+    noise = (((value * value + noise * noise) * 50) >> 7) + 4
+    # the distance of the centres that is expected anyway
+    prior = ((radius >> 4) * (radius >> 4) << 5) // 230400
+    signal = dx * dx + dy * dy - noise
+    if signal < prior * prior:
+        signal = prior * prior + 1
+    signal = (signal >> 4) + 1
+    value = (signal << 8) // (signal + (noise >> 4))
+    value = value * int(fit[BEYOND_Q8])
+    fit[TRUE_X_Q10] = x - ((dx * value + 32768) >> 16) + BIAS
+    fit[TRUE_Y_Q10] = y - ((dy * value + 32768) >> 16) + BIAS
+    return 1
 
 
 @micropython.viper
-def skip_half_sectors(skip: ptr8, i: int, bits: int, angle: int, reach: int, outer: int, inner: int) -> int:
+def skip_half_sectors(
+    skip: ptr8, i: int, bits: int, code: ptr32, least: int, angle: int, reach: int, outer: int, inner: int
+) -> int:
     """Marks the half sectors within `reach` of the orientation line (`outer`) and of coding lines (`inner`).
 
-    angle: clockwise, 0..65535 of a turn, reach likewise, 0..8192; bits: 1, 2, 4, 8 for lines at 0, 90, 180,
-    270 degrees counterclockwise as seen, 1 being the orientation line; skip: 32 items, cleared first.
+    angle: of the orientation line, clockwise, 0..65535 of a turn, reach likewise, 0..8192; code: result of
+    `code_positions`; a coding line has more than `least` in both halves together; bits: 1 or, to mark
+    nothing, 0; skip: 32 items, cleared first.
     Returns outer sectors marked + 64 * inner sectors marked."""
     i = 0
     while i < 32:
@@ -426,7 +563,13 @@ def skip_half_sectors(skip: ptr8, i: int, bits: int, angle: int, reach: int, out
     marked = 0
     line = 0
     while line < 4:
-        if bits & (1 << line):
+        if line and bits:
+            i = line * 10 + 2
+            if int(code[i]) + int(code[i + 1]) - (BIAS + BIAS) <= least:
+                i = 0
+        else:
+            i = bits
+        if i:
             i = (angle + 65536 - reach) >> 11
             last = (angle + 65536 + reach) >> 11
             while i <= last:

@@ -1,0 +1,69 @@
+"""Calls of the kernels in larics.kernels.rules."""
+
+from cases_rings import fit
+from inputs import ints, zeros32
+
+from larics.kernels.rules import BIAS
+
+
+def weakest_rule(random):
+    for low in (-1, 0, 1, 3000):
+        for count in (0, 1, 6):
+            rules = zeros32(12)
+            for i in range(6):
+                rules[2 * i] = BIAS + low + random.below(8000000 if low == 3000 else 100)
+                rules[2 * i + 1] = 1 + random.below(200)
+            yield rules, 0, 255, count
+
+
+def _harmonics(random, inside):
+    ring = ints(9, random, BIAS - 3000, BIAS + 3000)
+    ring[5] = random.below(600)
+    ring[6] = random.below(inside + 1)
+    ring[7] = inside
+    ring[8] = random.below(60000)
+    return ring
+
+
+def _poses(random):
+    for radius in (1536, 7680, 20480):
+        for inside in (0, 9, 16):
+            pose = fit(
+                radius_q8=radius, inner_q8=radius * 2 // 3, area=30000,
+                bulge_cos=random.between(-radius, radius), bulge_sin=random.between(-300, 300),
+            )  # fmt: skip
+            yield pose, _harmonics(random, inside), _harmonics(random, inside)
+
+
+def rings_plausible(random):
+    for pose, outer, inner in _poses(random):
+        yield pose, 0, 0, outer, inner
+
+
+def rings_rules(random):
+    for pose, outer, inner in _poses(random):
+        yield zeros32(12), 0, 0, pose, outer, inner, 2, 6
+
+
+def line_rules(random):
+    for radius in (1536, 20480):
+        yield zeros32(12), ints(10, random, 0, 600), random.below(256), radius
+        yield zeros32(12), ints(10, random, 0, 8000000), 256, radius
+
+
+def code_rules(random):
+    for pose, _, _ in _poses(random):
+        for area in (100, 300, 8000000):
+            code = zeros32(40)
+            for i in range(40):
+                code[i] = BIAS + random.between(-area, area) if i % 5 in (2, 3) else random.below(area)
+            yield zeros32(12), 0, 0, code, pose, ints(32, random, 0, 60000), random.below(65536)
+
+
+CASES = {
+    "weakest_rule": weakest_rule,
+    "rings_plausible": rings_plausible,
+    "rings_rules": rings_rules,
+    "line_rules": line_rules,
+    "code_rules": code_rules,
+}
