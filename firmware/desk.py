@@ -8,6 +8,7 @@ more than the file.
 """
 
 import json
+import os
 import sys
 
 from cameras import CameraError
@@ -65,8 +66,18 @@ def _fail(line):
     raise SystemExit(2)
 
 
+def _must_exist(name, path):
+    try:
+        os.stat(path)
+    except OSError as error:
+        _fail("--%s: there is no %s (%s)" % (name, path, error))
+
+
 def main(arguments):
     options = parse(arguments)
+    for name in ("frames", "port", "settings"):
+        if name in options:
+            _must_exist(name, options[name])
     camera = Replay(options["frames"], fps=options["fps"], rounds=options["rounds"])
     try:
         values = {}

@@ -13,25 +13,36 @@ from cameras.pgm import HEADER_MAX, parse_header
 
 
 class _Folder:
+    """Checks all files at once: a bad one must not look like a camera that fails and comes back."""
+
     def __init__(self, path):
         self._names = [path + "/" + name for name in sorted(os.listdir(path)) if name.endswith(".pgm")]
         if not self._names:
             raise CameraError("no .pgm frame in the folder %s" % path)
         self.count = len(self._names)
         self._header = bytearray(HEADER_MAX)
-        with open(self._names[0], "rb") as file:
-            self.width, self.height, _ = self._size(file)
+        self.width = self.height = 0
+        for name in self._names:
+            self._check(name)
 
-    def _size(self, file):
-        count = file.readinto(self._header)
-        return parse_header(memoryview(self._header)[:count])
+    def _check(self, name):
+        with open(name, "rb") as file:
+            count = file.readinto(self._header)
+        try:
+            width, height, offset = parse_header(memoryview(self._header)[:count])
+        except ValueError as error:
+            raise CameraError("%s: %s" % (name, error))
+        if os.stat(name)[6] < offset + width * height:
+            raise CameraError("%s is cut off" % name)
+        if not self.width:
+            self.width, self.height = width, height
+        if (width, height) != (self.width, self.height):
+            raise CameraError("%s is %dx%d, not as the first" % (name, width, height))
 
     def read(self, index, frame):
         with open(self._names[index], "rb") as file:
-            width, height, offset = self._size(file)
-            if (width, height) != (self.width, self.height):
-                raise CameraError("%s is %dx%d, not as the first" % (self._names[index], width, height))
-            file.seek(offset)
+            count = file.readinto(self._header)
+            file.seek(parse_header(memoryview(self._header)[:count])[2])
             if file.readinto(frame) != len(frame):
                 raise CameraError("%s is cut off" % self._names[index])
 

@@ -144,6 +144,8 @@ def test_what_is_wrong_is_said():
     fails(Replay(FOLDER, clock=Clock()), "b.pgm is 5x7")
     write("b.pgm", pgm(7, 5, 1)[:-1])
     fails(Replay(FOLDER, clock=Clock()), "b.pgm is cut off")
+    write("b.pgm", b"P6" + pgm(7, 5, 1)[2:])
+    fails(Replay(FOLDER, clock=Clock()), "b.pgm: not a binary PGM picture")
     write("b.pgm", pgm(7, 5, 1) + b"?")
     fails(Replay(FOLDER + "/b.pgm", clock=Clock()), "does not hold whole frames")
     fails(Replay([], width=2, height=2, clock=Clock()), "empty")

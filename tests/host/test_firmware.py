@@ -177,7 +177,9 @@ def test_a_cable_pulled_out_does_not_stop_the_firmware(recording):
 @pytest.mark.parametrize(
     "options, expected",
     [
-        (["--frames", "/no/such"], "ENOENT"),
+        (["--frames", "/no/such"], "--frames: there is no /no/such"),
+        (["--frames", "{frames}", "--settings", "/no/such"], "--settings: there is no /no/such"),
+        (["--frames", "tests/frames"], "not as the first"),
         (["--frames", "."], "no .pgm frame"),
         (["--frames", "{frames}", "--set", "width=1"], "width = 1 is not allowed"),
         (["--frames", "{frames}", "--set", "nonsense=1"], "there is no setting nonsense"),
