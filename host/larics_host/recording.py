@@ -1,8 +1,11 @@
 """Recorded logs as the bytes that were on the wire, with the time at which each message was received.
 
-`larics log` leaves PREFIX.jsonl, one message a line, and with --raw PREFIX.bin, every byte as it came.
+`larics log` leaves PREFIX.jsonl with every message, PREFIX.csv with those about markers, and on request
+PREFIX.bin with every byte as it came and PREFIX.mcap with every message.
 """
 
+import contextlib
+import csv
 import json
 import time
 from pathlib import Path
@@ -42,12 +45,13 @@ def read_records(path):
 
 
 def read_pieces(path):
-    """Yields the Pieces of a log: a .jsonl, or raw bytes, whose times come from the .jsonl beside it.
+    """Yields the Pieces of a log: .jsonl, .csv, .mcap, or raw bytes, whose times come from the .jsonl beside.
 
     Raises UserError when it cannot be read or holds nothing.
     """
     path = Path(path)
-    pieces = _pieces_of_records(path) if path.suffix == ".jsonl" else _pieces_of_bytes(path)
+    read = {".jsonl": read_records, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(path.suffix)
+    pieces = _pieces_of_records(path, read(path)) if read else _pieces_of_bytes(path)
     empty = True
     for piece in pieces:
         empty = False
@@ -56,13 +60,47 @@ def read_pieces(path):
         raise UserError("%s is empty" % path)
 
 
-def _pieces_of_records(path):
+def _records_of_csv(path):
+    """The objects that the rows of a .csv stand for."""
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                try:
+                    numbers = {name: int(text) for name, text in row.items() if name != "time_s"}
+                    yield {**numbers, "time_s": float(row["time_s"]), "message": "MARKER"}
+                except (ValueError, KeyError, TypeError):
+                    raise UserError("%s is not from larics log" % path) from None
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    except (UnicodeDecodeError, csv.Error):
+        raise UserError("%s is not from larics log" % path) from None
+
+
+def _records_of_mcap(path):
+    """The objects in an .mcap; of one that was ended by force, those that are complete."""
+    try:
+        from mcap.exceptions import EndOfFile, McapError
+        from mcap.reader import NonSeekingReader
+    except ImportError:
+        raise UserError("an .mcap needs the Python package mcap: pip install mcap") from None
+    try:
+        with open(path, "rb") as file, contextlib.suppress(EndOfFile):
+            for schema, _, message in NonSeekingReader(file).iter_messages(log_time_order=False):
+                fields = json.loads(message.data)
+                yield {**fields, "message": schema.name.split(".")[-1], "sequence": message.sequence}
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    except (McapError, ValueError, AttributeError, TypeError):
+        raise UserError("%s is not from larics log" % path) from None
+
+
+def _pieces_of_records(path, records):
     encoder = Encoder()
-    for number, record in enumerate(read_records(path), 1):
+    for number, record in enumerate(records, 1):
         try:
             data = wire_bytes(encoder, record["message"], record["sequence"], record)
         except (KeyError, ValueError, TypeError) as error:
-            raise UserError("%s line %d is no message: %s" % (path, number, error)) from None
+            raise UserError("%s, message %d, is none: %s" % (path, number, error)) from None
         yield Piece(record["time_s"], data)
 
 

@@ -79,6 +79,14 @@ def test_json_lines_become_the_same_messages(log, tmp_path, capsys):
     ]
 
 
+def test_mcap_and_csv_become_the_same_messages(log):
+    pieces = list(read_pieces(log.with_suffix(".jsonl")))
+    assert list(read_pieces(log.with_suffix(".mcap"))) == pieces
+    markers = [piece for piece in read_pieces(log.with_suffix(".csv"))]
+    assert markers == [piece for piece in pieces if len(piece.data) == protocol.frame_size(m.MARKER)]
+    assert 10 < len(markers) < len(pieces)
+
+
 @settings(max_examples=60, deadline=None)
 @given(data=st.data())
 def test_every_message_goes_to_json_and_back(data):
@@ -196,6 +204,7 @@ def test_nothing_is_lost_when_the_log_is_killed(tmp_path):
             for _, _, message in reader.iter_messages(log_time_order=False):
                 frames.append(json.loads(message.data)["frame"])
     assert frames == list(range(30))
+    assert len(list(read_pieces(tmp_path / "run.mcap"))) == 30
     (tmp_path / "cut.jsonl").write_text((tmp_path / "run.jsonl").read_text()[:-9])
     assert len(list(read_pieces(tmp_path / "cut.jsonl"))) == 29
 
@@ -247,7 +256,10 @@ def test_a_signal_while_data_is_at_hand_loses_none(tmp_path, monkeypatch, capsys
         (["none.jsonl"], "cannot read none.jsonl"),
         (["empty.bin"], "empty.bin is empty"),
         (["bad.jsonl"], "bad.jsonl line 1 is not from larics log"),
-        (["odd.jsonl"], "odd.jsonl line 1 is no message"),
+        (["odd.jsonl"], "odd.jsonl, message 1, is none"),
+        (["odd.csv"], "odd.csv is not from larics log"),
+        (["odd.mcap"], "odd.mcap is not from larics log"),
+        (["none.mcap"], "cannot read none.mcap"),
         (["empty.bin", "--speed", "0"], "--speed 0"),
         (["empty.bin", "--rounds", "-1"], "--rounds -1"),
         (["empty.bin", "--baud", "0"], "--baud 0"),
@@ -259,6 +271,8 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     (tmp_path / "empty.bin").write_bytes(b"")
     (tmp_path / "good.bin").write_bytes(messages())
     (tmp_path / "bad.jsonl").write_text("{}\n{}\n")
+    (tmp_path / "odd.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "odd.mcap").write_bytes(messages())
     (tmp_path / "odd.jsonl").write_text('{"message": "MARKER", "sequence": 1, "time_s": 0.5}\n')
     assert cli.main(["replay", *argv]) == 2
     err = capsys.readouterr().err

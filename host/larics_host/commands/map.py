@@ -44,7 +44,7 @@ def add_arguments(parser):
     build = actions.add_parser(
         "build", help="a map from logs in which neighbouring markers are seen together"
     )
-    build.add_argument("logs", nargs="+", metavar="LOG", help=".jsonl, or .bin of larics log --raw")
+    build.add_argument("logs", nargs="+", metavar="LOG", help=".jsonl, .csv, .bin or .mcap")
     build.add_argument("-o", "--output", required=True, metavar="MAP.json")
     build.add_argument("--anchor", metavar="ID,X,Y,DEG", help="where this marker is (the first seen: 0,0,0)")
     build.add_argument("--repeats", action="store_true", help="IDs stand at several places of the building")

@@ -20,7 +20,7 @@ _DEFAULT_WEB_PORT = 8731
 def add_arguments(parser):
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--port", metavar="DEVICE", help="serial port of the camera")
-    source.add_argument("--input", metavar="FILE", help="a log: .jsonl, or .bin of larics log --raw")
+    source.add_argument("--input", metavar="FILE", help="a log: .jsonl, .bin or .mcap")
     parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
     parser.add_argument("--speed", metavar="X", type=float, default=1.0, help="of a log; 0: at once")
     parser.add_argument("--map", metavar="FILE.json", help="map or settings with a map, to draw its markers")

@@ -15,7 +15,7 @@ larics replay run.bin --stdout --fast | larics log --input - -o again
 
 
 def add_arguments(parser):
-    parser.add_argument("log", metavar="FILE", help="PREFIX.jsonl, or PREFIX.bin of larics log --raw")
+    parser.add_argument("log", metavar="FILE", help="of larics log: .jsonl, .bin, .mcap, or .csv (markers)")
     target = parser.add_mutually_exclusive_group()
     target.add_argument("--port", metavar="DEVICE", help="send to this serial port, not to a pseudo-terminal")
     target.add_argument("--stdout", action="store_true", help="write to standard output")
