@@ -51,7 +51,7 @@ class BlurredLines:
         self._code_middle_q8 = units_q8(family.code_end_mm10 + family.code_start_mm10) >> 1
         self._first = _RING + (self._orientation_q8 * 84 >> 16)
         self._count = 8
-        self._templates = array("H", bytes(2 * 15 * RELS))
+        self._templates = array("H", bytes(2 * 15 * (RELS + 1 >> 1)))
         self._code_templates = array("H", bytes(2 * 33 * 8))
         self._ink = array("H", bytes(256))
         self._depths = array("H", bytes(256))
@@ -66,17 +66,18 @@ class BlurredLines:
 
     def memory(self):
         """Bytes of the buffers."""
-        return 2 * 15 * RELS + 2 * 33 * 8 + 512 + 4 * 81 + 36 * 3 + 16 + 10 + 4 * POSITIONS
+        return 2 * len(self._templates) + 2 * 33 * 8 + 512 + 4 * 81 + 36 * 3 + 16 + 10 + 4 * POSITIONS
 
     def find_orientation(self, frame, rings):
         """Finds the orientation line; False when its place lies outside the frame."""
         blur = self.blur
         blur.prepare(blur.sigma, blur.motion, 0, 1, 0)
-        for rel in range(1 if blur.still else RELS):
+        # every other rel: a line's profile changes slowly with its direction
+        for rel in range(0, 1 if blur.still else RELS, 2):
             along = blur.put_along(self._orientation_q8, rel)
             kernels.line_template(
                 blur.bars, 0, 0, blur.across(rel), along, self._orientation_middle_q8, COSINE, 2, 15,
-                self._first, self._count, self._templates, 15 * rel,
+                self._first, self._count, self._templates, 15 * (rel >> 1),
             )  # fmt: skip
         if not rings.sample(frame, self._first, self._count, 128, 2, 0, 16384, 0):
             return False
@@ -90,7 +91,7 @@ class BlurredLines:
 
     def refine_orientation(self, frame, rings, turns):
         """Turns the line to where it is to a fraction of a direction; False when it leaves the frame."""
-        template = 15 * self.blur.rel(self.angle_turn16)
+        template = 15 * (self.blur.rel(self.angle_turn16) >> 1)
         for _ in range(turns):
             if not self._sample_around(frame, rings):
                 return False
@@ -142,16 +143,18 @@ class BlurredLines:
         """Fits the eight positions; False when they lie outside the frame."""
         blur = self.blur
         angle = self.angle_turn16
+        reach = 1
         for axis in range(4):
             rel = blur.rel(angle + axis * 8192)
             along = blur.put_along(self._code_q8, rel)
             first = _CODE_FROM
             count = _NEAR_COUNT
             for zone in range(2):
-                kernels.line_template(
+                zone_reach = kernels.line_template(
                     blur.bars, 0, 0, blur.across(rel), along, self._code_middle_q8, COSINE, 4, 33, first,
                     count, self._code_templates, 33 * (2 * axis + zone),
                 )  # fmt: skip
+                reach = max(reach, min(31, zone_reach))
                 first += count
                 count = _FAR_COUNT
         pitch = _NEAR_COUNT + _FAR_COUNT
@@ -167,21 +170,12 @@ class BlurredLines:
             first += count
             count = _FAR_COUNT
         solution = self._solution
-        reach = 1
-        while reach < 31 and self._dark_at(reach + 1):
-            reach += 1
         code_kernels.fit_code(
             self._ink, 0, 0, self._code_templates, reach, self._gram, self._side, solution, _ROUNDS
         )
         code_kernels.code_residuals(self._ink, 0, 0, self._code_templates, reach, solution, self.residuals)
         self._subtract_common()
         return True
-
-    def _dark_at(self, direction):
-        for template in range(8):
-            if self._code_templates[33 * template + direction]:
-                return True
-        return False
 
     def _subtract_common(self):
         """Takes off what the five empty positions have in common: the skirt of the inner ring."""

@@ -19,7 +19,8 @@ def line_template(
     k * step / 256 turn from its own, k = 0..directions - 1.
 
     across, along: entries of the bars across the line and along it, the latter's middle (1/256 unit) from the
-    rings' centre. Returns 0."""
+    rings' centre. Returns the farthest direction that is not 0."""
+    reach = 0
     k = 0
     while k < directions:
         cosine = int(cosines[k * step]) - 32768
@@ -44,9 +45,12 @@ def line_template(
                 value = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
                 total += value * dark >> 10
             unit += 1
-        template[slot + k] = total // count
+        total = total // count
+        template[slot + k] = total
+        if total > 0:
+            reach = k
         k += 1
-    return 0
+    return reach
 
 
 @micropython.viper
@@ -158,7 +162,8 @@ def line_depths(
     The lesser of two fits, to the directions on either side and the line itself, so that the edge of a shadow
     is not half a line; directions that are hardly dark are not measured. ink: one item a direction, the whole
     turn or all that lies within 9 of first and last;
-    templates: 15 items a rel, for 0..14 directions from the line; the rest as in ink_profile. Returns 0."""
+    templates: 15 items for every other rel, for 0..14 directions from the line; the rest as in ink_profile.
+    Returns 0."""
     k = first
     while k <= last:
         rel = 0
@@ -166,7 +171,7 @@ def line_depths(
             rel = ((angle + k * step - motion + 4) >> 3) & 31
             if rel > 16:
                 rel = 32 - rel
-        base = rel * 15
+        base = (rel >> 1) * 15
         least = 0 - 16383
         side = 0
         if (int(ink[k]) - 32768) * 4 < int(templates[base]):
