@@ -16,13 +16,13 @@ from larics.protocol import Decoder, Encoder
 from larics.raw import RawSender
 from larics.reports import Reports
 from larics.setting_fields import FIELDS
-from larics.settings import Settings
+from larics.settings import Settings, load
 from leds import NoLeds
 from link import Link
 from loop import Loop
 
-_DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allow_id0")
-_DETECTOR_SETTINGS += ("tracking", "second_opinion", "confirm_needed", "confirm_frames", "max_tilt_cdeg")
+_DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allowed_ids")
+_DETECTOR_SETTINGS += ("allow_id0", "mirrored", "tracking", "second_opinion", "confirm_needed", "confirm_frames")
 
 _EXPOSURE_SETTINGS = ("exposure", "exposure_us", "gain_db10")
 
@@ -80,6 +80,8 @@ class App:
         self.health = Health(boot, self.faults, clock)
         self.loop = Loop(self, camera_ok, clock)
         gc.collect()
+        if hasattr(gc, "mem_free"):  # MicroPython: main.py made it collect often while loading
+            gc.threshold(-1)
 
     def _start_camera(self):
         try:
@@ -90,12 +92,14 @@ class App:
         size = {"width": self.camera.width, "height": self.camera.height}
         try:
             self.settings.update(size)
-        except ValueError:  # the radii do not suit this size
+        except ValueError:  # they do not suit this size: as many of them as do
             self.faults.begin(m.FAULT_SETTINGS_CORRUPT)
-            usual = Settings()
-            size["radius_min_px"], size["radius_max_px"] = usual.radius_min_px, usual.radius_max_px
-            self.settings.update(size)
+            self.settings.update(load(self.settings.as_dict(), size)[0].as_dict())
         return True
+
+    def _size(self):
+        """Of the frames: a size that was set counts after a restart."""
+        return self.camera.width or self.settings.width, self.camera.height or self.settings.height
 
     def _build_detector(self):
         """A detector, if need be with the usual radii; None only when there is no memory for one."""
@@ -103,11 +107,10 @@ class App:
         self.detector = None
         gc.collect()  # its buffers are the largest: they go in before the heap is cut up
         try:
-            self.detector = make_detector(settings)
-        except ValueError:
+            self.detector = make_detector(settings, self._size())
+        except ValueError:  # they suit the size that was set, but not yet that of the frames
             self.faults.begin(m.FAULT_SETTINGS_CORRUPT)
-            usual = Settings({"width": settings.width, "height": settings.height})
-            self.detector = make_detector(usual)
+            self.detector = make_detector(Settings(), self._size())
         except MemoryError:
             gc.collect()
             self.faults.begin(m.FAULT_MEMORY)
@@ -118,12 +121,12 @@ class App:
         self.navigator = None
         self.calibrated = settings.focal_q8 > 0
         try:
-            self.locator = make_locator(settings)
+            self.locator = make_locator(settings, self._size())
             self.navigator = make_navigator(settings)
         except ValueError:
             self.faults.begin(m.FAULT_SETTINGS_CORRUPT)
             self.calibrated = False
-            self.locator = make_locator(Settings({"width": settings.width, "height": settings.height}))
+            self.locator = make_locator(Settings(), self._size())
 
     def _build_exposure(self):
         """The control of the exposure; without it, exposure and gain are those of the settings."""

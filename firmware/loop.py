@@ -198,7 +198,8 @@ class Loop:
             return
         now_ms = clock.ticks_ms()
         for index in range(count):
-            if self._measurements[index].marker_id >= 0:
+            measurement = self._measurements[index]
+            if measurement.marker_id >= 0 and not measurement.flags & m.MARKER_UNCONFIRMED:
                 self._seen_ms = now_ms
                 parts.health.state = m.TRACKING
                 return

@@ -1,63 +1,51 @@
 """Makes the parts of the program from the settings."""
 
 from larics.camera import Camera
+from larics.follower import Follower
 from larics.marker import LARICS3
+from larics.suiting import calibrated_camera, line_mm, seen_id
 
 
-def make_detector(settings):
-    """The detector that the settings ask for. ValueError when its ranges do not suit it, MemoryError."""
+def make_detector(settings, size=None):
+    """What finds the markers as the settings ask for: its `detect(frame)` gives a list of Detection.
+
+    size: (width, height) of the frames when it is not that of the settings. ValueError when the ranges do
+    not suit it, MemoryError."""
+    width, height = size or (settings.width, settings.height)
     radii = (settings.radius_min_px, settings.radius_max_px)
     family = LARICS3.scaled(settings.outer_mm10, settings.line_mm10, settings.allow_id0)
     if settings.method == "paper":
         from larics.paper import PaperDetector
 
-        return PaperDetector(settings.width, settings.height, *radii, family=family)
+        return PaperDetector(width, height, *radii, family=family)
     from larics.detector import Detector
 
-    line_mm = settings.line_mm10 * 150 // settings.outer_mm10 if settings.line_mm10 else None
     confirm = None
     if settings.confirm_needed > 1:
         confirm = (settings.confirm_needed, settings.confirm_frames)
-    return Detector(
-        settings.width,
-        settings.height,
+    detector = Detector(
+        width,
+        height,
         radius_min_px=radii[0],
         radius_max_px=radii[1],
-        line_mm=line_mm,
+        line_mm=line_mm(settings.line_mm10, settings.outer_mm10),
         family=family,
+        allowed_ids=[seen_id(i, settings.mirrored) for i in settings.allowed_ids] or None,
         allow_id0=settings.allow_id0,
         confirm=confirm,
+        second_opinion=settings.second_opinion,
     )
+    return Follower(detector) if settings.tracking else detector
 
 
-def make_locator(settings):
+def make_locator(settings, size=None):
     """The calibrated camera; without a calibration one of about 50 degrees, of which only the headings and
-    IDs mean something. ValueError when the values are no camera."""
+    IDs mean something. size: as for make_detector. ValueError when the values are no camera."""
+    width, height = size or (settings.width, settings.height)
     if not settings.focal_q8:
-        return Camera(
-            settings.width,
-            settings.height,
-            256 * max(settings.width, settings.height),
-            mount_cdeg=settings.mount_cdeg,
-            mirrored=settings.mirrored,
-        )
-    return Camera(
-        settings.width,
-        settings.height,
-        settings.focal_q8,
-        center_x_q8=settings.center_x_q8 or None,
-        center_y_q8=settings.center_y_q8 or None,
-        k1_e5=settings.k1_e5,
-        k2_e5=settings.k2_e5,
-        mount_cdeg=settings.mount_cdeg,
-        mirrored=settings.mirrored,
-        tilt_forward_cdeg=settings.tilt_forward_cdeg,
-        tilt_left_cdeg=settings.tilt_left_cdeg,
-        camera_x_mm10=settings.camera_x_mm10,
-        camera_y_mm10=settings.camera_y_mm10,
-        camera_z_mm10=settings.camera_z_mm10,
-        ceiling_mm10=settings.ceiling_mm10,
-    )
+        focal_q8 = 256 * max(width, height)
+        return Camera(width, height, focal_q8, mount_cdeg=settings.mount_cdeg, mirrored=settings.mirrored)
+    return calibrated_camera(width, height, settings.as_dict())
 
 
 def make_navigator(settings):

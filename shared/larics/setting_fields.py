@@ -4,19 +4,10 @@
 class Field:
     """One setting. `key` is its number on the wire and never changes its meaning."""
 
-    __slots__ = (
-        "key",
-        "name",
-        "kind",
-        "default",
-        "low",
-        "high",
-        "unit",
-        "meaning",
-        "choices",
-        "length",
-        "columns",
-    )
+    # only few have these: on a board with little memory the others do without
+    choices = ()
+    length = 0
+    columns = ()
 
     def __init__(self, key, name, kind, default, low, high, unit, meaning, choices=(), length=0, columns=()):
         self.key = key
@@ -27,9 +18,12 @@ class Field:
         self.high = high
         self.unit = unit
         self.meaning = meaning
-        self.choices = choices
-        self.length = length
-        self.columns = columns
+        if choices:
+            self.choices = choices
+        if length:
+            self.length = length
+        if columns:
+            self.columns = columns
 
     def range_text(self):
         """The allowed values, for people: "1..100", "larics, nmea or mavlink"."""

@@ -20,6 +20,7 @@ index, a table its rows one after the other.
 from larics.markermap import map_reason
 from larics.route import route_reason
 from larics.setting_fields import FIELDS
+from larics.suiting import camera_reason, detector_reason
 
 VERSION = 1
 
@@ -42,37 +43,19 @@ def validate(name, value):
 
 def conflict(values):
     """None when the values (name: value, every setting) go together, else one line that says why not."""
-    if 0 < values["focal_q8"] < 5120:
-        return "focal_q8 = %d is neither 0 nor at least 5120 (20 px)" % values["focal_q8"]
-    low, high = values["radius_min_px"], values["radius_max_px"]
-    if low > high:
-        return "radius_min_px = %d is more than radius_max_px = %d" % (low, high)
-    if 2 * low >= min(values["width"], values["height"]):
-        return "a ring of radius_min_px = %d does not fit a frame of %dx%d" % (
-            low,
-            values["width"],
-            values["height"],
-        )
     if values["confirm_needed"] > values["confirm_frames"]:
         return "confirm_needed = %d is more than confirm_frames = %d" % (
             values["confirm_needed"],
             values["confirm_frames"],
         )
-    if 3 * values["line_mm10"] > values["outer_mm10"]:
-        return "line_mm10 = %d is more than a third of outer_mm10 = %d: the rings would touch" % (
-            values["line_mm10"],
-            values["outer_mm10"],
-        )
-    if values["ceiling_mm10"] and values["ceiling_mm10"] <= values["camera_z_mm10"]:
-        return "ceiling_mm10 = %d is not above camera_z_mm10 = %d" % (
-            values["ceiling_mm10"],
-            values["camera_z_mm10"],
-        )
     if 0 in values["allowed_ids"] and not values["allow_id0"]:
         return "allowed_ids has ID 0, but allow_id0 is false"
-    return map_reason(
-        values["map"], values["allowed_ids"], values["outer_mm10"], values["camera_z_mm10"]
-    ) or route_reason(values["route"], values["map"])
+    return (
+        detector_reason(values)
+        or camera_reason(values)
+        or map_reason(values["map"], values["allowed_ids"], values["outer_mm10"], values["camera_z_mm10"])
+        or route_reason(values["route"], values["map"])
+    )
 
 
 class Settings:
@@ -120,13 +103,13 @@ def _copy(value):
     return value
 
 
-def load(values):
+def load(values, fixed=None):
     """(Settings, reasons): takes what is valid of a stored dict and tells, line by line, what is not.
 
     For a board that has to start whatever its file holds: unknown names are left out, and what is not
-    allowed, alone or together with the others, keeps its default.
+    allowed, alone or together with the others, keeps its default. `fixed`: name: value of what has to be so.
     """
-    settings = Settings()
+    settings = Settings(fixed)
     if not isinstance(values, dict):
         return settings, ["the settings are no table of names and values"]
     reasons = []
@@ -141,7 +124,7 @@ def load(values):
             reasons.append(reason)
         else:
             good[name] = value
-    waiting = sorted(good)
+    waiting = sorted([name for name in good if not fixed or name not in fixed])
     while waiting:  # one by one, because a conflict must not cost those that have no part in it
         refused = []
         for name in waiting:

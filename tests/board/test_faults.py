@@ -226,13 +226,32 @@ def test_a_command_that_raises_does_not_stop_the_loop():
     assert [7, m.PING] in uart.of(m.ACK) and markers(uart) > 20
 
 
-def test_settings_that_do_not_fit_the_detector_fall_back():
-    app, _, uart, clock = program({"method": "larics", "radius_min_px": 5, "radius_max_px": 6})
-    assert app.faults.active == 1 << m.FAULT_SETTINGS_CORRUPT and app.detector is not None
-    app, _, _, _ = program({"focal_q8": 5120, "map": [[5, 0, 0, 0, 0, 0]]})
+def test_settings_that_do_not_suit_the_camera_that_is_there_fall_back():
+    values = {"width": 80, "height": 60, "focal_q8": 40 * 256, "map": [[5, 0, 0, 0, 0, 0]], "rate_divider": 2}
+    app, _, _, _ = program(values)
     assert app.faults.active == 1 << m.FAULT_SETTINGS_CORRUPT and not app.calibrated
+    assert app.settings.focal_q8 == 0 and app.settings.rate_divider == 2 and len(app.settings.map) == 1
     app.loop.step()
-    assert app.navigator is None
+    assert app.navigator is None and app.health.frames == 1
+
+
+def test_a_frame_size_that_was_set_waits_for_a_restart():
+    app, _, uart, clock = program({"method": "larics"})
+    steps(app, clock, 300)
+    for name, value in (("width", 640), ("height", 480), ("radius_max_px", 30), ("tracking", False)):
+        app.settings.set(name, value)
+        app.settings_changed(name)
+    steps(app, clock, 1500)
+    assert app.faults.total == 0 and last_status(uart)[STATE] == m.TRACKING
+
+
+def test_an_unconfirmed_id_is_not_tracking():
+    app, camera, uart, clock = program({"method": "larics", "confirm_needed": 3, "confirm_frames": 3})
+    states = []
+    while len(states) < 4:
+        if app.loop.step():
+            states.append(app.health.state)
+    assert states == [m.LOST, m.LOST, m.TRACKING, m.TRACKING]
 
 
 class Files:

@@ -1,7 +1,9 @@
 """Settings: every limit, conflicts, and the way to and from dicts and the wire."""
 
 from larics import settings as s
+from larics.parts import make_detector, make_locator
 from larics.setting_fields import FIELDS
+from larics.suiting import calibrated_camera, camera_reason
 
 
 def _refused(changes, *words):
@@ -66,7 +68,7 @@ def test_conflicts():
     _refused({"radius_min_px": 61}, "radius_max_px = 60")
     _refused({"radius_min_px": 120, "radius_max_px": 130}, "320x240")
     _refused({"confirm_needed": 3}, "confirm_frames")
-    _refused({"line_mm10": 600}, "outer_mm10")
+    _refused({"line_mm10": 600}, "line_mm10", "outer_mm10")
     _refused({"ceiling_mm10": 100, "camera_z_mm10": 100}, "ceiling_mm10")
     _refused({"allowed_ids": [0, 1]}, "allow_id0")
     _refused({"map": [[1, 0, 0, 0, 0, 0], [1, 1, 1, 1, 0, 0]]}, "marker 1 twice")
@@ -111,7 +113,7 @@ def test_wire_numbers_round_trip():
 
 
 def test_load_keeps_what_is_valid():
-    stored = s.Settings({"radius_min_px": 70, "radius_max_px": 100, "line_mm10": 900, "outer_mm10": 3000})
+    stored = s.Settings({"radius_min_px": 62, "radius_max_px": 70, "line_mm10": 600, "outer_mm10": 3000})
     stored = stored.as_dict()
     settings, reasons = s.load(stored)
     assert reasons == [] and settings.as_dict() == stored
@@ -120,8 +122,90 @@ def test_load_keeps_what_is_valid():
     stored["baud"] = 1
     settings, reasons = s.load(stored)
     assert len(reasons) == 4  # both radii, each in conflict with the default of the other
-    assert settings.line_mm10 == 900 and settings.outer_mm10 == 3000
+    assert settings.line_mm10 == 600 and settings.outer_mm10 == 3000
     assert settings.baud == 115200
     assert settings.radius_min_px <= settings.radius_max_px
     assert s.load([1])[1] and s.load([1])[0].as_dict() == s.Settings().as_dict()
     assert "version 9" in s.load({"version": 9})[1][0]
+
+
+def test_what_the_detector_or_the_camera_would_refuse():
+    _refused({"radius_min_px": 5}, "radius_min_px = 5", "6 and 72")
+    _refused({"radius_max_px": 73}, "radius_max_px = 73")
+    _refused({"radius_min_px": 60}, "no range")
+    s.Settings({"method": "paper", "radius_min_px": 5, "radius_max_px": 90})
+    _refused({"method": "paper", "radius_max_px": 95}, "method paper")
+    _refused({"line_mm10": 40}, "line_mm10", "50 and 300")
+    _refused({"allowed_ids": [3, 9]}, "ID 9")
+    _refused({"focal_q8": 5120}, "focal_q8 = 5120", "corner")
+    _refused({"focal_q8": 400 * 256, "k1_e5": -90000}, "corner")
+    _refused({"ceiling_mm10": 290000, "camera_z_mm10": -100000}, "262143")
+
+
+def _drawn_values(seed):
+    """Values that are each allowed, pressed to where they conflict, from a small generator."""
+    values = {}
+    for field in FIELDS:
+        if field.name in ("route", "map", "allowed_ids"):
+            continue
+        seed = (seed * 1103515245 + 12345) & 0x7FFFFFFF
+        draw = seed >> 12
+        if field.name in ("radius_min_px", "radius_max_px"):
+            values[field.name] = 5 + draw % 75
+        elif field.name in ("width", "height"):
+            values[field.name] = (80, 160, 240, 320)[draw % 4]
+        elif field.name in ("k1_e5", "k2_e5"):
+            values[field.name] = draw % 20001 - 10000
+        elif field.name == "focal_q8":
+            values[field.name] = draw % 200000
+        elif field.name in ("center_x_q8", "center_y_q8"):
+            values[field.name] = draw % 90000
+        elif field.name == "line_mm10":
+            values[field.name] = draw % 500
+        elif field.kind == "int":
+            values[field.name] = field.low + draw % (field.high - field.low + 1)
+        elif field.kind == "bool":
+            values[field.name] = bool(draw & 1)
+        else:
+            values[field.name] = field.choices[draw % len(field.choices)]
+    return values
+
+
+def test_what_the_settings_allow_can_be_made():
+    made = refused = 0
+    for seed in range(150):
+        for_one = s.Settings()
+        values = _drawn_values(seed)
+        for name in sorted(values):  # one after the other, as over the wire
+            try:
+                for_one.set(name, values[name])
+            except ValueError:
+                refused += 1
+        if seed % 8 == 0:
+            make_detector(for_one)
+        make_locator(for_one)
+        made += 1
+    assert made == 150 and refused > 150
+
+
+def test_what_the_camera_refuses_is_a_conflict():
+    refused = 0
+    for seed in range(60):
+        values = s.Settings().as_dict()
+        values.update(_drawn_values(seed))
+        values["focal_q8"] = max(5120, values["focal_q8"])
+        try:
+            calibrated_camera(values["width"], values["height"], values)
+        except ValueError:
+            refused += 1
+            assert camera_reason(values)
+        else:
+            assert camera_reason(values) is None
+    assert 5 < refused < 60
+
+
+def test_load_with_a_fixed_size():
+    stored = s.Settings({"width": 80, "height": 60, "focal_q8": 40 * 256, "baud": 9600}).as_dict()
+    settings, reasons = s.load(stored, {"width": 160, "height": 120})
+    assert (settings.width, settings.height, settings.baud, settings.focal_q8) == (160, 120, 9600, 0)
+    assert len(reasons) == 1 and "focal_q8" in reasons[0]

@@ -98,12 +98,12 @@ def test_changes_go_in_an_order_that_the_camera_accepts():
         "map": plates,
         "allowed_ids": [0, 3, 5],
         "allow_id0": True,
-        "radius_min_px": 80,
+        "radius_min_px": 62,
     }
-    changes["radius_max_px"] = 90
+    changes["radius_max_px"] = 70
     names = camera_settings.apply(fake, Settings().as_dict(), changes)
     assert sorted(names) == sorted(changes)
-    assert names.index("allow_id0") < names.index("allowed_ids") and fake.settings.radius_min_px == 80
+    assert names.index("allow_id0") < names.index("allowed_ids") and fake.settings.radius_min_px == 62
     back = camera_settings.apply(fake, fake.settings.as_dict(), Settings().as_dict())
     assert sorted(back) == sorted(changes) and fake.settings.as_dict() == Settings().as_dict()
 
