@@ -153,6 +153,7 @@ def test_files_are_made_checked_and_drawn(tmp_path, capsys):
         (["3,0,0,0", "4,300,0,0"], [], ["markers 3 and 4 at impossible places: their plates overlap"]),
         (["3,0,0,0", "4,9000,0,0"], ["--reach-mm", "4000"], ["9000 mm from the nearest", "3 is 9000"]),
         (["3,0,0,0", "4,2000,0,0"], ["--distance", "3,4,2500"], ["2000 mm apart in the map, 2500 mm"]),
+        (["3,0,0,0", "9,1000,0,0"], [], ["marker 9: no camera reads this ID, they are 0 to 7"]),
         (["3,0,0,0", "3,900,0,0", "4,950,0,0"], [], ["3 twice", "3 and 4 at impossible"]),
     ],
 )

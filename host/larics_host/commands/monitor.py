@@ -39,10 +39,12 @@ def run(args):
     from larics_host.link import SerialSource, stop_on_signals
     from larics_host.monitor.session import Session
     from larics_host.monitor.state import MonitorState
-    from larics_host.recording import RecordedSource
+    from larics_host.recording import RecordedSource, read_pieces
 
     _check(args)
     rows = _map_rows(args.map) if args.map else ()
+    if args.input:
+        next(read_pieces(args.input))  # what cannot be read is told before anything is shown
     source = RecordedSource(args.input, args.speed) if args.input else SerialSource(args.port, args.baud)
     session = Session(source, MonitorState(source.name, rows))
     server = None

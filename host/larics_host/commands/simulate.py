@@ -29,8 +29,8 @@ def add_arguments(parser):
     parser.add_argument("--frames", type=int, metavar="N", help="how many (100; a drive: to the path's end)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="the same seed gives the same bytes")
     parser.add_argument("--radius-px", type=float, default=30.0, metavar="PX", help="outer ring in the image")
-    parser.add_argument("--width", type=int, default=360, metavar="PX")
-    parser.add_argument("--height", type=int, default=296, metavar="PX")
+    parser.add_argument("--width", type=int, default=360, metavar="PX", help="of a frame (360)")
+    parser.add_argument("--height", type=int, default=296, metavar="PX", help="of a frame (296)")
     parser.add_argument(
         "--ids", metavar="N,N", help="IDs to draw from; on a drive: the markers in their order"
     )

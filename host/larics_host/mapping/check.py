@@ -3,6 +3,7 @@
 import math
 
 from larics import settings as setting_rules
+from larics.marker import ID_COUNT
 from larics.markermap import MarkerMap, map_reason
 from larics.route import resolve_entries, route_reason
 
@@ -23,6 +24,8 @@ def problems(hall, reach_mm, distances=(), settings=None):
     most = setting_rules.field("map").length
     if len(rows) > most:
         found.append("%d markers are more than the %d that a camera holds" % (len(rows), most))
+    for marker_id in sorted({row[0] for row in rows if row[0] >= ID_COUNT}):
+        found.append("marker %d: no camera reads this ID, they are 0 to %d" % (marker_id, ID_COUNT - 1))
     alone = [map_reason([row], *rules) for row in rows]
     found += [reason for reason in alone if reason]
     sound = [row for row, reason in zip(rows, alone, strict=True) if not reason]
