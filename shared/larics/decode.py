@@ -37,6 +37,7 @@ class LineReader:
     rivals             directions outside the rings that pass as an orientation line: 1 for a marker
     line               what the kernel line_crossings measured of it
     second_q8          depth of the second darkest direction, 256 = as deep as the line
+    end_q8             darkness beyond the line's end, where the plate must be white, 256 = as dark as it
     code_inside        whether all eight positions lie inside the frame
     code               array of 8 * (area of the inner half of a position, of its outer half, below the darker
                        of both sides; both again, below the mean of the sides, + kernels.rings.BIAS;
@@ -54,7 +55,16 @@ class LineReader:
         self._annulus_last_q10 = ((family.orientation_end_mm10 * 17 // 20) << 10) // outer
         first_q10 = ((outer + half_mm10 + 50) << 10) // outer
         last_q10 = ((family.orientation_end_mm10 - 50) << 10) // outer
-        self._shape = array("i", (first_q10, last_q10, self._gap_q10, self._line_q10))
+        end = family.orientation_end_mm10
+        in_line_q10 = (((outer + end) >> 1) << 10) // outer
+        beyond_q10 = (((end + family.plate_mm10) >> 1) << 10) // outer
+        self._shape = array(
+            "i",
+            (
+                first_q10, last_q10, self._gap_q10, self._line_q10, in_line_q10, beyond_q10,
+                self._line_q10 + 10,
+            ),  # fmt: skip
+        )
         code_first_mm10 = max(family.code_start_mm10 + 50, line_mm10 * 21 // 10)
         self._code_first_q10 = (code_first_mm10 << 10) // outer
         self._code_last_q10 = ((family.code_end_mm10 - 20) << 10) // outer
@@ -65,7 +75,7 @@ class LineReader:
         self.line = array("i", bytes(40))
         self.code = array("i", bytes(20 * POSITIONS))
         self.code_inside = 1
-        self.angle_turn16 = self.rivals = self.second_q8 = 0
+        self.angle_turn16 = self.rivals = self.second_q8 = self.end_q8 = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -119,6 +129,10 @@ class LineReader:
     def refine(self, frame, rings):
         """Measures the orientation line once more, from its last angle and the present centre."""
         self._measure(frame, rings, self.angle_turn16, 1)
+        self.end_q8 = kernels.line_end(
+            0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, rings.fit, self._shape,
+            self.angle_turn16,
+        )  # fmt: skip
 
     def _measure(self, frame, rings, angle_turn16, rounds):
         area = rings.outer_area_near(angle_turn16)

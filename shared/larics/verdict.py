@@ -30,7 +30,7 @@ VERDICT_NAMES = (
     "two_orientations", "not_empty", "no_code",
 )  # fmt: skip
 
-_RULES = const(6)  # of one step, at most
+_RULES = const(7)  # of one step, at most
 _POSE_MARGIN = const(72)  # a pose without an ID needs at least that margin
 _IN_DOUBT = const(8)  # instead of an ID
 
@@ -72,7 +72,7 @@ class Judge:
 
     def orientation(self, lines, rings):
         """The verdict on the orientation line."""
-        count = kernels.line_rules(self._rules, lines.line, lines.second_q8, rings.radius_q8)
+        count = kernels.line_rules(self._rules, lines.line, lines.second_q8, rings.radius_q8, lines.end_q8)
         return ACCEPTED if self._hold(count) else NO_ORIENTATION
 
     def code(self, lines, rings):

@@ -54,6 +54,21 @@ def line_crossings(random):
             )  # fmt: skip
 
 
+def line_end(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for x, y, turn16, radius, shape in (
+            (36 * 1024, 30 * 1024, 0, 4000, (1300, 1638, 126)),
+            (36 * 1024 + 700, 30 * 1024 + 9, 11111, 3000, (1100, 1200, 100)),
+            (0, 59 * 1024, 65535, 20480, (2047, 2047, 511)),
+            (-300, -5, 40000, 20480, (2047, 2047, 511)),
+        ):
+            sizes = zeros32(7)
+            for i in range(3):
+                sizes[4 + i] = shape[i]
+            pose = fit(true_x_q10=x, true_y_q10=y, radius_q8=radius)
+            yield 0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, pose, sizes, turn16
+
+
 def code_positions(random):
     for frame in frames(WIDTH, HEIGHT, random):
         for cx, cy, turn16, first, pitch, radii, window, opening, clip in (
@@ -73,5 +88,6 @@ CASES = {
     "annulus_profile": annulus_profile,
     "dark_directions": dark_directions,
     "line_crossings": line_crossings,
+    "line_end": line_end,
     "code_positions": code_positions,
 }

@@ -47,8 +47,8 @@ def rings_rules(random):
 
 def line_rules(random):
     for radius in (1536, 20480):
-        yield zeros32(12), ints(10, random, 0, 600), random.below(256), radius
-        yield zeros32(12), ints(10, random, 0, 8000000), 256, radius
+        yield zeros32(14), ints(10, random, 0, 600), random.below(256), radius, 0
+        yield zeros32(14), ints(10, random, 0, 8000000), 256, radius, 1024
 
 
 def code_rules(random):

@@ -283,6 +283,65 @@ def line_crossings(
 
 
 @micropython.viper
+def line_end(
+    x: int, y: int, sine: int, image: ptr8, log: ptr16, circle: ptr16, width: int, height: int, fit: ptr32,
+    shape: ptr32, angle: int,
+) -> int:  # fmt: skip
+    """How dark it is beyond a line's end against the lighter side there, 256 = as dark as the line itself.
+
+    fit, angle, circle as in `line_crossings`; shape: items 4, 5, 6 are, for an outer radius of 1024, the
+    radius of samples in the line, of those beyond its end, and the distance of samples beside (below 512).
+    0..1024; 0 where a sample would lie outside the frame or the line is not dark."""
+    radius = int(fit[_RADIUS_Q8])
+    index = angle >> 8
+    fraction = angle & 255
+    cosine = int(circle[index])
+    cosine = cosine + (((int(circle[index + 1]) - cosine) * fraction) >> 8) - 32768
+    index = (index + 64) & 255
+    sine = int(circle[index])
+    sine = 32768 - sine - (((int(circle[index + 1]) - sine) * fraction) >> 8)
+    side = (radius * int(shape[6])) >> 10
+    in_line = 0
+    depth = 0
+    place = 0
+    while place < 2:
+        in_line = depth
+        distance = (radius * int(shape[4 + place])) >> 10
+        place += 1
+        lighter = 0
+        depth = 0
+        index = 0
+        while index < 3:
+            # beside, beside, in the line
+            x = distance * cosine
+            y = distance * sine
+            if index == 0:
+                x -= side * sine
+                y += side * cosine
+            elif index == 1:
+                x += side * sine
+                y -= side * cosine
+            x = (((int(fit[_TRUE_X_Q10]) - (_BIAS - 514)) >> 2) + (x >> 14)) >> 8
+            y = (((int(fit[_TRUE_Y_Q10]) - (_BIAS - 514)) >> 2) + (y >> 14)) >> 8
+            if x < 1 or y < 1 or x + 1 >= width or y + 1 >= height:
+                return 0
+            x = y * width + x
+            depth = int(log[int(image[x])]) << 1
+            depth += int(log[int(image[x - 1])]) + int(log[int(image[x + 1])])
+            depth += int(log[int(image[x - width])]) + int(log[int(image[x + width])])
+            if index < 2 and depth > lighter:
+                lighter = depth
+            index += 1
+        depth = lighter - depth
+    if in_line <= 0 or depth <= 0:
+        return 0
+    depth = (depth << 8) // in_line
+    if depth > 1024:
+        depth = 1024
+    return depth
+
+
+@micropython.viper
 def code_positions(
     position: int, x: int, y: int, image: ptr8, log: ptr16, circle: ptr16, width: int, height: int, cx: int,
     cy: int, angle: int, first: int, pitch: int, radii: int, window: int, opening: int, clip: int,

@@ -29,6 +29,8 @@ _LINE_GAP = const(8)
 _LINE_SLOPE = const(5)
 _LINE_SLOPE_MOST = const(9)
 
+_COVERED_LEAST = const(94)  # of 128: sectors of both rings that agree; half hidden rings are look-alikes
+_END_MOST = const(140)  # 256 = as dark as the line
 _LINE_MOST = const(520)  # areas: 256 = as the rings'
 _GUARD_MOST = const(70)
 _ONE_LEAST = const(125)
@@ -96,8 +98,8 @@ def rings_rules(
     rules[1] = 20
     rules[2] = i - 36 + BIAS
     rules[3] = 20
-    rules[4] = value + i - 80 + BIAS
-    rules[5] = 36
+    rules[4] = value + i - _COVERED_LEAST + BIAS
+    rules[5] = 30
     value = (int(fit[_INNER_Q8]) << 10) // radius - int(fit[_INNER_Q10])
     if value < 0:
         value = 0 - value
@@ -118,11 +120,11 @@ def rings_rules(
 
 
 @micropython.viper
-def line_rules(rules: ptr32, line: ptr32, second: int, radius: int) -> int:
-    """Writes the six rules on the orientation line; returns their number.
+def line_rules(rules: ptr32, line: ptr32, second: int, radius: int, end: int) -> int:
+    """Writes the seven rules on the orientation line; returns their number.
 
     line: result of `line_crossings`; second: depth of the second darkest direction, 256 = as deep; radius:
-    1/256 px."""
+    1/256 px; end: `line_end`."""
     rules[0] = 250 - second + BIAS
     rules[1] = 150
     rules[2] = int(line[_LINE_AREA]) - 96 + BIAS
@@ -135,7 +137,10 @@ def line_rules(rules: ptr32, line: ptr32, second: int, radius: int) -> int:
     rules[9] = 80
     rules[10] = int(line[_LINE_SLOPE_MOST]) - int(line[_LINE_SLOPE]) + BIAS
     rules[11] = int(line[_LINE_SLOPE_MOST])
-    return 6
+    # a cable or an edge that takes a line's place does not end where the line ends
+    rules[12] = _END_MOST - end + BIAS
+    rules[13] = 80
+    return 7
 
 
 @micropython.viper
