@@ -83,6 +83,11 @@ def test_light_can_be_switched():
     assert lit.light(21.0).contrast > 3 * lit.light(19.0).contrast
 
 
+def test_what_was_not_measured_is_null_in_json():
+    values = {"a": float("nan"), "b": [1, float("nan"), {"c": (0.5,)}]}
+    assert command._without_nan(values) == {"a": None, "b": [1, None, {"c": [0.5]}]}
+
+
 def test_names_of_the_command_are_those_of_the_field():
     assert tuple(field.CONDITIONS) == command.CONDITION_NAMES
 

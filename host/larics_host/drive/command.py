@@ -57,7 +57,8 @@ def run_loop(args, folder):
     record = simulation.record
     result = score(record)
     _write_frames(folder / "frames.csv", record)
-    (folder / "score.json").write_text(json.dumps(result.as_dict(), indent=1) + "\n", encoding="utf-8")
+    text = json.dumps(_without_nan(result.as_dict()), indent=1, allow_nan=False) + "\n"
+    (folder / "score.json").write_text(text, encoding="utf-8")
     (folder / "path.png").write_bytes(png(figures.path_figure(record, field.condition.summary)))
     cv2.imwrite(str(folder / "strip.png"), figures.strip(record))
     _tell(result, folder)
@@ -81,6 +82,15 @@ def _write_frames(path, record):
             )
 
 
+def _without_nan(value):
+    """NaN is no JSON: what was not measured becomes null."""
+    if isinstance(value, dict):
+        return {name: _without_nan(part) for name, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_nan(part) for part in value]
+    return None if isinstance(value, float) and math.isnan(value) else value
+
+
 def _tell(result, folder):
     wire = result.methods["wire"]
     print(
@@ -92,7 +102,11 @@ def _tell(result, folder):
         ("heading", result.tracking_deg, "deg"),
         ("coasting", result.coasting_mm, "mm"),
     ):
-        print("%-8s median %.2f, p95 %.2f, max %.2f %s" % (name, values.median, values.p95, values.max, unit))
+        if values.count:
+            numbers = values.median, values.p95, values.max
+            print("%-8s median %.2f, p95 %.2f, max %.2f %s" % (name, *numbers, unit))
+        else:
+            print("%-8s none" % name)
     print(
         "%d markers left, %d of %d laps, %.1f m; path.png, strip.png, frames.csv and score.json in %s"
         % (result.visits, result.laps_completed, result.laps_begun, result.way_m, folder)
