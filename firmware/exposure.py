@@ -10,6 +10,10 @@ all black tells only the direction, so the step is a large one. After a change, 
 way are not looked at.
 
 Light is the product of exposure time and gain. Everything is integer.
+
+The grey levels are counted by a viper kernel, also where ulab is present: of 1,200 pixels of a frame
+the kernel's histogram takes 51,000 instructions on an emulated Cortex-M7, ulab's median or sort of the same
+pixels 370,000 and a single comparison and sum 76,000, and those allocate memory.
 """
 
 from array import array

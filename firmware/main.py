@@ -4,6 +4,7 @@ A program lies in one of two folders and is whole when the file `complete`, writ
 Without such a folder the program is looked for in the library (as `mip` installs it).
 """
 
+import gc
 import os
 import sys
 
@@ -52,4 +53,5 @@ def load():
     return start
 
 
+gc.threshold(4096)  # what loading leaves is collected early, or it cuts up a small heap
 load().main()

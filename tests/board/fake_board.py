@@ -1,4 +1,4 @@
-"""A board's console for tests: boots /flash/main.py, then serves the REPL on standard input and output.
+"""A board's console for tests: boots boot.py and main.py of /flash, then serves the REPL on its line.
 
     micropython fake_board.py FLASH_IMAGE IDENTITY
 
@@ -72,13 +72,14 @@ class Disk:
 
 
 def boot():
-    """What a board does after its reset: main.py, if there is one."""
-    try:
-        with open("/flash/main.py") as file:
-            code = file.read()
-    except OSError:
-        return
-    execute(code, sys.stdout, "main.py")
+    """What a board does after its reset: boot.py, then main.py, if they are there."""
+    for name in ("boot.py", "main.py"):
+        try:
+            with open("/flash/" + name) as file:
+                code = file.read()
+        except OSError:
+            continue
+        execute(code, sys.stdout, name)
 
 
 def execute(code, errors, name="<stdin>"):

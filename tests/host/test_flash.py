@@ -97,7 +97,8 @@ def tiny_program(tmp_path, name):
     shutil.copy(ROOT / "shared" / "larics" / "__init__.py", root / "shared" / "larics")
     (root / "shared" / "larics" / "part.py").write_text("NAME = %r\n" % name)
     (root / "firmware" / "start.py").write_text(START)
-    shutil.copy(ROOT / "firmware" / "main.py", root / "firmware")
+    for starter in ("main.py", "boot.py"):
+        shutil.copy(ROOT / "firmware" / starter, root / "firmware")
     return root
 
 
@@ -162,7 +163,8 @@ def steps_of(board, root):
     with Session(board.port) as session:
         march = build.architecture(session.identity()[2], find(RT1062))
         files = build.compile_program(root, march)
-        plan = install.Plan(session, files, (root / "firmware" / "main.py").read_bytes())
+        starters = [(root / "firmware" / name).read_bytes() for name in ("main.py", "boot.py")]
+        plan = install.Plan(session, files, *starters)
         return plan, files
 
 
@@ -172,12 +174,13 @@ def test_power_lost_at_any_step_leaves_a_board_that_starts(board, tmp_path, monk
     assert flash(board, first, monkeypatch) == 0
     board.power_off()
     good = board.image.read_bytes()
-    told, step = [], 0
+    told, step, without_main = [], 0, 0
     while True:
         board.power_off()
         board.image.write_bytes(good)
         board.power_on()
-        finished = interrupted_install(board, second, step)
+        finished, has_main = interrupted_install(board, second, step)
+        without_main += not has_main
         board.power_off()
         said = board.boots()
         assert "runs on OpenMV RT1062, " in said, (step, said)
@@ -185,6 +188,7 @@ def test_power_lost_at_any_step_leaves_a_board_that_starts(board, tmp_path, monk
         if finished:
             break
         step += 1
+    assert without_main == 1  # between its removal and the renaming of the new one: boot.py does the rest
     assert step > 8 and told[0] == "one" and told[-1] == "two"
     assert told == sorted(told)  # never back
     board.power_off()
@@ -198,7 +202,8 @@ def test_power_lost_at_any_step_leaves_a_board_that_starts(board, tmp_path, monk
 
 
 def interrupted_install(board, root, steps):
-    """Installs until `steps` changes were made, in the middle of the next; False when it was cut off."""
+    """Installs until `steps` changes were made, in the middle of the next. (Whether it was not cut off,
+    whether there is a main.py)."""
     plan, _ = steps_of(board, root)
     left = [steps]
 
@@ -218,9 +223,24 @@ def interrupted_install(board, root, steps):
             setattr(session, name, counted(getattr(session, name)))
         try:
             install.install(session, plan, lambda *_: None)
+            finished = True
         except SessionError:
-            return False
-    return True
+            finished = False
+        return finished, session.exists("/flash/main.py")
+
+
+def test_somebody_elses_boot_file_is_kept(board, tmp_path, monkeypatch):
+    first, second = tiny_program(tmp_path, "one"), tiny_program(tmp_path, "two")
+    with Session(board.port) as session:
+        session.write("/flash/boot.py", b"print('mine')\n")
+    assert flash(board, first, monkeypatch, "--no-restart") == 0
+    with Session(board.port) as session:
+        assert session.read_text("/flash/boot.py") == "print('mine')\n"
+        session.write("/flash/boot.py", (ROOT / "firmware" / "boot.py").read_bytes()[:50])  # cut off
+    (second / "firmware" / "main.py").write_text((ROOT / "firmware" / "main.py").read_text() + "# newer\n")
+    assert flash(board, second, monkeypatch, "--no-restart") == 0
+    with Session(board.port) as session:
+        assert session.read_text("/flash/boot.py") == (ROOT / "firmware" / "boot.py").read_text()
 
 
 def test_a_program_that_cannot_be_loaded_gives_way_to_the_one_before(board, tmp_path, monkeypatch, capsys):

@@ -46,7 +46,8 @@ def run(args):
         print("  %s (%s), MicroPython %s%s" % (board.name, identity, version, release))
         march = build.architecture(mpy, board)
         files = build.compile_program(root, march)
-        plan = install.Plan(session, files, (root / "firmware" / "main.py").read_bytes())
+        starters = [(root / "firmware" / name).read_bytes() for name in ("main.py", "boot.py")]
+        plan = install.Plan(session, files, *starters)
         plan.check_space(session)
         _describe(plan, march)
         if args.dry_run:

@@ -14,7 +14,7 @@ ARCHITECTURES = (
 )  # fmt: skip
 MPY_VERSION, MPY_SUB_VERSION = 6, 3
 # what only a PC uses, or nobody on a board does
-LEFT_OUT = {"_cpython.py", "codes.py", "desk.py", "live.py", "uart_unix.py", "pipe.py", "main.py"}
+LEFT_OUT = {"_cpython.py", "codes.py", "desk.py", "live.py", "uart_unix.py", "pipe.py", "main.py", "boot.py"}
 
 
 def source_root():

@@ -3,7 +3,9 @@
 There are two program folders. The new program goes into the one that is not in use: first its `complete` file
 is removed, then all files are written and their hashes compared, and `complete` with a higher number is
 written last; main.py starts the whole program with the highest number. main.py itself comes after that, when
-it differs, as a new file that is renamed. Settings, map and calibration lie elsewhere and are not touched.
+it differs, as a new file that is renamed. A FAT file system cannot replace a file in one go: for a moment
+there is no main.py, so boot.py, written before, renames the new one when the power fails in that moment.
+Somebody else's boot.py is left alone. Settings, map and calibration lie elsewhere and are not touched.
 """
 
 import hashlib
@@ -17,25 +19,32 @@ _SPARE_BYTES = 16384
 
 class Plan:
     """What is to be done on a board: `root` ("/flash/"), `folder` to fill, `number` to give it, the program's
-    `files` [(name, bytes)], `loader` (bytes of main.py) and whether it has to be written."""
+    `files` [(name, bytes)], `loader` (bytes of main.py), `rescue` (of boot.py) and whether each has to be
+    written."""
 
-    def __init__(self, session, files, loader):
+    def __init__(self, session, files, loader, rescue):
         self.root = "/flash/" if session.exists("/flash") else "/"
         self.files = files
         self.loader = loader
+        self.rescue = rescue
         numbers = [_number(session.read_text(self.root + name + "/complete")) for name in FOLDERS]
         newest = max(numbers)
         self.folder = self.root + FOLDERS[0 if numbers[0] < numbers[1] or newest < 0 else 1]
         self.number = newest + 1
         self.is_update = newest >= 0
         self.writes_loader = session.read_text(self.root + "main.py") != loader.decode()
+        boot, wanted = session.read_text(self.root + "boot.py"), rescue.decode()
+        self.writes_rescue = self.writes_loader and boot != wanted and _is_ours(boot, wanted)
         self.has_data = session.exists(self.root + DATA_FOLDER)
         self.sd_card = session.exists("/sdcard/main.py") and not session.exists(self.root + "SKIPSD")
         self.free_bytes = session.free_bytes(self.root.rstrip("/") or "/")
 
     def size(self):
         """Bytes to be written."""
-        return sum(len(data) for _, data in self.files) + len(self.loader) * self.writes_loader
+        return sum(len(data) for _, data in self.files) + self._starter_bytes()
+
+    def _starter_bytes(self):
+        return len(self.loader) * self.writes_loader + len(self.rescue) * self.writes_rescue
 
     def check_space(self, session):
         """Raises UserError when it will not fit, the folder's old content being removed."""
@@ -53,6 +62,11 @@ class Plan:
         for name, data in self.files:
             digest.update(name.encode() + b"\0" + data)
         return digest.hexdigest()[:12]
+
+
+def _is_ours(text, rescue):
+    """Whether a boot.py (text, None without one) is from here: whole, of another version, or cut off."""
+    return text is None or rescue.startswith(text) or text.startswith(rescue.splitlines()[0])
 
 
 def _number(text):
@@ -95,6 +109,9 @@ def install(session, plan, progress):
     if plan.writes_loader:
         progress(done, total, "main.py")
         session.write(plan.root + "main.py.new", plan.loader)
+        if plan.writes_rescue:
+            session.write(plan.root + "boot.py", plan.rescue)
+        session.remove_tree(plan.root + "main.py")
         session.rename(plan.root + "main.py.new", plan.root + "main.py")
-        done += len(plan.loader)
+        done = total
     progress(done, total, "done")

@@ -160,8 +160,8 @@ class Session:
             raise SessionError("%s reads back differently from what was written" % path)
 
     def rename(self, source, target):
-        """On the board in one go; a FAT file system cannot replace a file, it is removed first."""
-        self.run("try:\n os.remove(%r)\nexcept OSError:\n pass\nos.rename(%r, %r)" % (target, source, target))
+        """On the board; there must be no target."""
+        self.run("import os\nos.rename(%r, %r)" % (source, target))
 
     def reset(self):
         """Restarts the board; the session ends."""
