@@ -19,18 +19,19 @@ _COUNT = const(16)
 _COARSE_SIGMA = const(10)  # entries of blur.SIGMAS
 _COARSE_SIGMA_SMALL = const(12)
 _SMALL_Q8 = const(3000)
+# smallest squared correlation of a sector that counts, 1/1024: coarsely, in the first step, later, as a ring
 _COARSE_MATCH = const(150)
 _FIRST_MATCH = const(300)
 _MATCH = const(450)
 _GOOD_MATCH = const(640)
-_LEAST_SECTORS = const(12)
-_LEAST_COARSE = const(6)
-_FLOOR_Q10 = const(96)
+_LEAST_SECTORS = const(12)  # of 32 that must agree, and
+_LEAST_COARSE = const(6)  # of 16
+_FLOOR_Q10 = const(96)  # a sector this close to the fit is never an outlier
 _SHAPE_Q14 = const(3500)  # strongest ellipse and perspective
-_APART_Q10 = const(10000)
-_NOISE = const(150)
-_ZERO = const(1048576)
-_WIDE = const(4)
+_APART_Q10 = const(10000)  # the rings' centres differ by less, or they are not one marker's
+_NOISE = const(150)  # variance of that difference, in 128ths of the deviations' squares
+_ZERO = const(1048576)  # bias of what the kernels return
+_WIDE = const(4)  # sectors to each side whose light is taken together
 
 
 class BlurredRings:

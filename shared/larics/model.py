@@ -5,8 +5,8 @@
 for one candidate a frame. It takes blur, defocus, tiny rings, tilt and faintness, not damage: what a sharp
 picture shows to be hidden stays hidden.
 
-On a Cortex-M7 it takes 7 to 10 million instructions of a still picture, 10 to 12 of one smeared by motion, and
-3 to 7 where there is no marker.
+On a Cortex-M7 it takes 7 to 10 million instructions of a still picture, 10 to 12 of one smeared by motion,
+and 3 to 7 where there is no marker.
 """
 
 from array import array
@@ -31,22 +31,22 @@ _PROMISE = (0, 5, 1, 2, 3, 3, 4, 4, 4, 5)  # by sharp verdict: how far the candi
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
 
-_MATCH_LEAST = const(700)
-_GOOD_LEAST = const(18)
-_RATIO_MOST = const(20)
+_MATCH_LEAST = const(700)  # squared correlation with the model's rings, 1/1024, median of the sectors
+_GOOD_LEAST = const(18)  # sectors of 32
+_RATIO_MOST = const(20)  # of the radii, off the family's, 1/1024
 _DEVIATION_MOST = const(36)  # 1/1000 of the radius
-_DEPTH_LEAST = const(150)
+_DEPTH_LEAST = const(150)  # of lines, 256 = as deep as the rings
 _DEPTH_MOST = const(420)
 _DEPTH_FIRST = const(130)
 _HALF_LEAST = const(120)
 _RIVAL_MOST = const(72)  # percent of the line
-_COMMON_MOST = const(170)
+_COMMON_MOST = const(170)  # what the empty positions share
 _EMPTY_MOST = const(90)
 _EMPTY_LEAST = const(-135)
 _ZERO_MOST = const(85)
 _ONE_LEAST = const(150)
 _ONE_MOST = const(420)
-_RESIDUAL_MOST = const(260)
+_RESIDUAL_MOST = const(260)  # beside a bit, 1024 = as deep as the rings
 _HIDDEN = (verdicts.ID_UNCERTAIN, verdicts.TWO_ORIENTATIONS, verdicts.NOT_EMPTY)
 
 
