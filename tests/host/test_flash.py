@@ -158,14 +158,11 @@ def test_dry_run_install_update_and_what_is_kept(board, tmp_path, monkeypatch, c
     assert "runs on OpenMV RT1062, one" in board.boots()
 
 
-def steps_of(board, root):
-    """Every call that changes the flash during an installation, counted."""
-    with Session(board.port) as session:
-        march = build.architecture(session.identity()[2], find(RT1062))
-        files = build.compile_program(root, march)
-        starters = [(root / "firmware" / name).read_bytes() for name in ("main.py", "boot.py")]
-        plan = install.Plan(session, files, *starters)
-        return plan, files
+def plan_of(session, root):
+    """What an installation of this program would do."""
+    files = build.compile_program(root, build.architecture(session.identity()[2], find(RT1062)))
+    starters = [(root / "firmware" / name).read_bytes() for name in ("main.py", "boot.py")]
+    return install.Plan(session, files, *starters)
 
 
 def test_power_lost_at_any_step_leaves_a_board_that_starts(board, tmp_path, monkeypatch):
@@ -204,7 +201,6 @@ def test_power_lost_at_any_step_leaves_a_board_that_starts(board, tmp_path, monk
 def interrupted_install(board, root, steps):
     """Installs until `steps` changes were made, in the middle of the next. (Whether it was not cut off,
     whether there is a main.py)."""
-    plan, _ = steps_of(board, root)
     left = [steps]
 
     def counted(method):
@@ -219,6 +215,7 @@ def interrupted_install(board, root, steps):
         return call
 
     with Session(board.port) as session:
+        plan = plan_of(session, root)
         for name in ("remove_tree", "make_folder", "write", "rename"):
             setattr(session, name, counted(getattr(session, name)))
         try:
