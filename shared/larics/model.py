@@ -32,7 +32,7 @@ _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without mo
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
 
 _MATCH_LEAST = const(700)  # squared correlation with the model's rings, 1/1024, median of the sectors
-_GOOD_LEAST = const(18)  # sectors of 32
+_GOOD_LEAST = const(24)  # sectors of 32: rings that something covers are not for this judge
 _RATIO_MOST = const(20)  # of the radii, off the family's, 1/1024
 _DEVIATION_MOST = const(36)  # 1/1000 of the radius
 _DEPTH_LEAST = const(150)  # of lines, 256 = as deep as the rings
@@ -202,7 +202,7 @@ class SecondOpinion:
         self.margin = 255
         return (
             self._rule(rings.match - _MATCH_LEAST * share // whole, 200)
-            and self._rule(rings.good - _GOOD_LEAST * share // whole, 10)
+            and self._rule(rings.good - _GOOD_LEAST * share // whole, 8)
             and self._rule(_RATIO_MOST * whole // share - ratio_off, 16)
             and self._rule(_DEVIATION_MOST * whole // share - deviation, 28)
         )

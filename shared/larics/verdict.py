@@ -31,6 +31,7 @@ VERDICT_NAMES = (
 )  # fmt: skip
 
 _RULES = const(7)  # of one step, at most
+_MARGIN_LEAST = const(16)  # what is as close as that to a limit is more often furniture than a marker
 _POSE_MARGIN = const(72)  # a pose without an ID needs at least that margin
 _IN_DOUBT = const(8)  # instead of an ID
 
@@ -82,7 +83,7 @@ class Judge:
             marker_id = kernels.code_rules(
                 self._rules, 0, 0, lines.code, rings.fit, rings.inner_means, lines.angle_turn16
             )
-            if not self._hold(4):
+            if not self._hold(4) or self.margin < _MARGIN_LEAST:
                 return NOT_EMPTY
             if marker_id != _IN_DOUBT and self.allowed[marker_id]:
                 self.marker_id = marker_id
