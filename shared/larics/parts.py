@@ -34,6 +34,7 @@ def make_detector(settings, size=None):
         allow_id0=settings.allow_id0,
         confirm=confirm,
         second_opinion=settings.second_opinion,
+        max_tilt_deg=(settings.max_tilt_cdeg + 99) // 100,
     )
     return Follower(detector) if settings.tracking else detector
 

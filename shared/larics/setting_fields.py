@@ -132,7 +132,7 @@ FIELDS = (
     Field(27, "second_opinion", "bool", True, 0, 1, "", "slower check of a blurred or tiny candidate"),
     Field(28, "confirm_needed", "int", 1, 1, 10, "frames", "an ID counts when so many frames agree ..."),
     Field(29, "confirm_frames", "int", 1, 1, 10, "frames", "... of so many"),
-    Field(30, "max_tilt_cdeg", "int", 3500, 0, 6000, "0.01 deg", "ellipses from a larger tilt are refused"),
+    Field(30, "max_tilt_cdeg", "int", 0, 0, 4000, "0.01 deg", "of the camera: widens the radii searched"),
     Field(31, "max_speed_mm_s", "int", 500, 0, 5000, "mm/s", "fastest drive, for the motion blur limit"),
     Field(
         40,
