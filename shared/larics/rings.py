@@ -14,6 +14,7 @@ except ImportError:
 
 from larics import tables
 from larics.fixed import AXES, LOG_GREY, ROOT
+from larics.kernels import coarse
 from larics.kernels import rings as kernels
 
 SECTORS = const(16)
@@ -81,11 +82,11 @@ class RingFit:
         y_q4 = y_q8 >> 4
         if x_q4 < 0 or y_q4 < 0:
             return False
-        distances = kernels.edge_distances(
+        distances = coarse.edge_distances(
             edges, 0, 0, 0, count, self.width, x_q4, y_q4, reach_q4, half_line_q8 >> 4,
             (radius_max_q8 >> 4) // 5 + 8, AXES, self.distances, _DISTANCES,
         )  # fmt: skip
-        kernels.choose_radius(
+        coarse.choose_radius(
             self.bins, 0, 0, radius_min_q8 >> 7, radius_max_q8 >> 7, (reach_q4 >> 3) + 3, self.inner_q10,
             self.distances, distances, AXES, _COARSE_ROUNDS, result,
         )  # fmt: skip

@@ -5,8 +5,6 @@ from inputs import frames, ints, pixels, random_bytes, view, zeros32
 from larics import fixed, tables
 from larics.kernels import rings
 
-DIRECTIONS = 48
-
 
 def fit(**items):
     """A pose: items by their names in lower case, what may be negative without its bias."""
@@ -48,47 +46,6 @@ def end_pass(random):
             pose = fit(x_q8=2560, y_q8=0, radius_q8=radius, inner_q8=radius * 2 // 3, bulge_cos=-8192)
             yield pose, 0, 0, harmonics[0], harmonics[1]
             yield fit(radius_q8=radius), 0, 0, harmonics[1], harmonics[1]
-
-
-def edge_distances(random):
-    for width, height, cx, cy, reach, half_line, slack in (
-        (80, 60, 640, 480, 500, 16, 24),
-        (80, 60, 0, 959, 4096, 256, 400),
-        (1024, 1024, 16384, 16384, 4096, 0, 64),
-        (1024, 1024, 0, 0, 1, 1, 1),
-    ):
-        count = 250
-        edges = zeros32(count)
-        for i in range(count):
-            # half of them near the corner where the farthest centre is
-            position = width * height - 1 - random.below(width) if i & 1 else random.below(width * height)
-            edges[i] = position | random.below(DIRECTIONS) << 20
-        for capacity in (count, 20):
-            yield (
-                edges, 0, 0, 0, count, width, cx, cy, reach, half_line, slack, fixed.AXES,
-                ints(capacity, random), capacity,
-            )  # fmt: skip
-
-
-def choose_radius(random):
-    for first, last, bins, inner_q10, count, rounds in (
-        (6, 29, 32, 683, 300, 1),
-        (20, 117, 120, 640, 40, 4),
-        (6, 6, 9, 700, 0, 2),
-    ):
-        distances = zeros32(count + 1)
-        for i in range(count):
-            distances[i] = random.below(8 * bins) | random.below(DIRECTIONS) << 16
-        yield (
-            random_bytes(bins, random), 0, 0, first, last, bins, inner_q10, distances, count, fixed.AXES,
-            rounds, ints(5, random),
-        )  # fmt: skip
-    # a frame has far fewer edges of one direction at one distance than this
-    for direction in (0, 12, 24, 36):
-        distances = zeros32(1000)
-        for i in range(1000):
-            distances[i] = (60 * 8 + 4 + 40) | direction << 16
-        yield bytearray(100), 0, 0, 30, 90, 100, 683, distances, 1000, fixed.AXES, 4, zeros32(5)
 
 
 def ring_crossings(random):
@@ -169,8 +126,6 @@ def skip_half_sectors(random):
 
 
 CASES = {
-    "edge_distances": edge_distances,
-    "choose_radius": choose_radius,
     "begin_pass": begin_pass,
     "end_pass": end_pass,
     "ring_crossings": ring_crossings,

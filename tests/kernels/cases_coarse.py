@@ -1,0 +1,54 @@
+"""Calls of the kernels in larics.kernels.coarse."""
+
+from inputs import ints, random_bytes, zeros32
+
+from larics import fixed
+
+DIRECTIONS = 48
+
+
+def edge_distances(random):
+    for width, height, cx, cy, reach, half_line, slack in (
+        (80, 60, 640, 480, 500, 16, 24),
+        (80, 60, 0, 959, 4096, 256, 400),
+        (1024, 1024, 16384, 16384, 4096, 0, 64),
+        (1024, 1024, 0, 0, 1, 1, 1),
+    ):
+        count = 250
+        edges = zeros32(count)
+        for i in range(count):
+            # half of them near the corner where the farthest centre is
+            position = width * height - 1 - random.below(width) if i & 1 else random.below(width * height)
+            edges[i] = position | random.below(DIRECTIONS) << 20
+        for capacity in (count, 20):
+            yield (
+                edges, 0, 0, 0, count, width, cx, cy, reach, half_line, slack, fixed.AXES,
+                ints(capacity, random), capacity,
+            )  # fmt: skip
+
+
+def choose_radius(random):
+    for first, last, bins, inner_q10, count, rounds in (
+        (6, 29, 32, 683, 300, 1),
+        (20, 117, 120, 640, 40, 4),
+        (6, 6, 9, 700, 0, 2),
+    ):
+        distances = zeros32(count + 1)
+        for i in range(count):
+            distances[i] = random.below(8 * bins) | random.below(DIRECTIONS) << 16
+        yield (
+            random_bytes(bins, random), 0, 0, first, last, bins, inner_q10, distances, count, fixed.AXES,
+            rounds, ints(5, random),
+        )  # fmt: skip
+    # a frame has far fewer edges of one direction at one distance than this
+    for direction in (0, 12, 24, 36):
+        distances = zeros32(1000)
+        for i in range(1000):
+            distances[i] = (60 * 8 + 4 + 40) | direction << 16
+        yield bytearray(100), 0, 0, 30, 90, 100, 683, distances, 1000, fixed.AXES, 4, zeros32(5)
+
+
+CASES = {
+    "edge_distances": edge_distances,
+    "choose_radius": choose_radius,
+}
