@@ -66,6 +66,7 @@ def _from_stream(args):
 def _from_camera(args):
     import numpy as np
 
+    from larics.messages import MARKER
     from larics_host.camera_settings import connected, read_all, write_file
     from larics_host.frame_folder import frame_name, make_folder, write_frame
     from larics_host.link import stop_on_signals
@@ -75,10 +76,16 @@ def _from_camera(args):
 
     start_s = time.monotonic()
     recorder = None
+    before, reported = [], []  # messages until there is a folder; the first frame that a message is about
 
     def on_message(number, sequence, values):
+        message = message_of(number, sequence, values, time.monotonic() - start_s)
+        if number == MARKER and not reported:
+            reported.append(values[0])
         if recorder:
-            recorder.write(message_of(number, sequence, values, time.monotonic() - start_s))
+            recorder.write(message)
+        else:
+            before.append(message)
 
     count, wanted = 0, args.frames or 10
     with connected(args.port, args.baud, on_message) as client:
@@ -86,10 +93,14 @@ def _from_camera(args):
         folder = make_folder(args.output, args.overwrite)
         write_file(folder / SETTINGS, settings)
         recorder = Recorder(str(folder / MESSAGES), force=True)
+        for message in before:
+            recorder.write(message)
         try:
             with measured(wanted) as progress, stop_on_signals(live=False):
                 while count < wanted and (args.seconds is None or time.monotonic() - start_s < args.seconds):
                     raw = client.raw_frame(lambda got, total, done=count: progress(done + got / total))
+                    if reported and raw.frame < reported[0]:
+                        continue  # its message was sent before anyone listened
                     frame = np.frombuffer(raw.pixels, np.uint8).reshape(raw.height, raw.width)
                     write_frame(folder / frame_name(raw.frame), frame)
                     count += 1

@@ -123,10 +123,5 @@ def _differences(frame, board, host):
         {"frame": frame, "index": k, "field": name, "board": one[name], "host": other[name]}
         for k, (one, other) in enumerate(zip(board, host, strict=True))
         for name in COMPARED
-        if _told(one, name) != _told(other, name)
+        if one[name] != other[name]
     ]
-
-
-def _told(message, name):
-    """A field's value; without the flag that rests on the frames before, which may not have been recorded."""
-    return message[name] & ~m.MARKER_TRACKED if name == "flags" else message[name]
