@@ -59,7 +59,6 @@ class BlurredLines:
         self._side = array("i", bytes(36))
         self._solution = array("i", bytes(36))
         self._result = array("i", bytes(16))
-        self._sorted = array("H", bytes(10))
         self.amounts = array("i", bytes(4 * POSITIONS))
         self.residuals = array("i", bytes(36))
         self.angle_turn16 = self.depth = self.rival = self.near = self.far = self.common = 0

@@ -110,7 +110,6 @@ class Simulation:
         size = (field_.camera.width, field_.camera.height)
         self._methods = {name: make_detector(name, *size, (low, high)) for name in compare}
         self._firmware = (dict(field_.settings, method=driver), interpreter)
-        self._seed = seed
         self._waiting = []  # (time of arrival, type, sequence, values)
 
     def run(self, on_frame=None):
