@@ -67,8 +67,8 @@ class BlurredLines:
         """Bytes of the buffers."""
         return 2 * len(self._templates) + 2 * 33 * 8 + 512 + 4 * 81 + 36 * 3 + 16 + 10 + 4 * POSITIONS
 
-    def find_orientation(self, frame, rings):
-        """Finds the orientation line; False when its place lies outside the frame."""
+    def prepare(self):
+        """Makes the orientation line's templates for the blur that has been found."""
         blur = self.blur
         blur.prepare(blur.sigma, blur.motion, 0, 1, 0)
         # every other rel: a line's profile changes slowly with its direction
@@ -78,6 +78,9 @@ class BlurredLines:
                 blur.bars, 0, 0, blur.across(rel), along, self._orientation_middle_q8, COSINE, 2, 15,
                 self._first, self._count, self._templates, 15 * (rel >> 1),
             )  # fmt: skip
+
+    def find_orientation(self, frame, rings):
+        """Finds the orientation line; False when its place lies outside the frame."""
         if not rings.sample(frame, self._first, self._count, 128, 2, 0, 16384, 0):
             return False
         self._read_ink(rings, 128, 0, self._count, 0)

@@ -65,6 +65,7 @@ class SecondOpinion:
         self._allowed = allowed
         self._candidates = array("i", bytes(4 * _ITEMS * (_CANDIDATES + 1)))
         self._count = 0
+        self._settled = False  # the rings have been fitted without the lines
         self.marker_id = NO_ID
         self.margin = self.x_q8 = self.y_q8 = self.heading_cdeg = 0
 
@@ -147,32 +148,33 @@ class SecondOpinion:
             return verdicts.OUT_OF_RANGE
         if self._sharp() and sharp_verdict in _HIDDEN:
             return sharp_verdict
+        self.lines.prepare()
+        self._settled = False
         if self.blur.still:
             return self._examine_lines(frame)
         # what motion blurs differently in each direction says less about the light
         rings.measure_light(0)
         verdict = self._examine_lines(frame)
-        if verdict != verdicts.ACCEPTED:
+        if verdict != verdicts.ACCEPTED and verdict != verdicts.NO_FIT:
             rings.measure_light(1)
             verdict = self._examine_lines(frame)
         return verdict
 
     def _examine_lines(self, frame):
-        """Reads the lines, fits the rings once more without them, reads again and judges."""
+        """Reads the lines and judges, after the rings have been fitted once more without them."""
         rings = self.rings
         lines = self.lines
-        if not (
-            lines.find_orientation(frame, rings)
-            and lines.depth >= _DEPTH_FIRST
-            and lines.refine_orientation(frame, rings, 1)
-            and lines.read_code(frame, rings)
-        ):
+        if not lines.find_orientation(frame, rings) or lines.depth < _DEPTH_FIRST:
             return verdicts.NO_ORIENTATION
-        if not rings.fit(frame, _TURNS_AGAIN, lines):
-            return verdicts.NO_FIT
+        rival = lines.rival * 100 // lines.depth
+        if not self._settled:
+            if not lines.refine_orientation(frame, rings, 1) or not lines.read_code(frame, rings):
+                return verdicts.NO_ORIENTATION
+            if not rings.fit(frame, _TURNS_AGAIN, lines):
+                return verdicts.NO_FIT
         if not self._rings_hold(1, 1):
             return verdicts.POOR_RINGS
-        rival = lines.rival * 100 // lines.depth
+        self._settled = True
         if not lines.refine_orientation(frame, rings, 2):
             return verdicts.NO_ORIENTATION
         lines.measure_orientation(rings)
