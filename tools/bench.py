@@ -3,6 +3,7 @@
     make bench                                      # some minutes on two cores
     make bench FRAMES=2000                          # for figures that are published
     make bench BENCH="--only quality,time"
+    make bench FRAMES=2000 BENCH="--only sweeps,micropython --docs"   # also brings docs/stress.md up to date
     make bench MICROPYTHON=/path/to/emulator        # also counts instructions, see benchmark/interpreter.py
     python tools/bench.py --compare build/bench/results.json older.json
 
@@ -17,11 +18,24 @@ import sys
 import time
 from pathlib import Path
 
-from benchmark import evaluate, frames, interpreter, methods, plan, plots, report, targets, timing, tracking
+from benchmark import (
+    evaluate,
+    frames,
+    interpreter,
+    methods,
+    page,
+    plan,
+    plots,
+    report,
+    targets,
+    timing,
+    tracking,
+)
 from rich.progress import Progress
 
 from larics_host import scoring
 
+PAGE = interpreter.ROOT / "docs" / "stress.md"
 PARTS = ("quality", "sweeps", "risk", "tracking", "time", "micropython")
 
 
@@ -35,6 +49,7 @@ def arguments(words=None):
     parser.add_argument("--methods", help="only these of: " + ",".join(methods.METHODS))
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
     parser.add_argument("--output", type=Path, default=interpreter.ROOT / "build" / "bench")
+    parser.add_argument("--docs", action="store_true", help="put what was measured into docs/stress.md")
     parser.add_argument("--compare", nargs=2, metavar="JSON", help="print where two result files differ")
     return parser.parse_args(words)
 
@@ -88,26 +103,18 @@ class Bench:
 
     def sweeps(self):
         names = self.names(plan.SWEPT_METHODS)
-        count = max(1, self.options.frames // 4)
+        count = plan.frames_a_point(self.options.frames)
         todo = []
-        for key, sweep in plan.SWEEPS.items():
-            for value in sweep.values:
-                radius, overrides = plan.RADIUS_PX, {sweep.override: value}
-                if sweep.override == "radius_px":
-                    radius, overrides = float(value), {}
-                seed = self.options.seed + 1
-                todo += evaluate.jobs((key, value), sweep.preset, seed, count, radius, overrides, names)
+        for key in plan.SWEEPS:
+            todo += plan.sweep_jobs(key, self.options.seed + 1, count, names)
         done = self.evaluate(todo, "sweeps")
         self.results["sweeps"] = {}
         for key, sweep in plan.SWEEPS.items():
             rows_of = {name: [done[key, value][name].row() for value in sweep.values] for name in names}
             self.results["sweeps"][key] = {"values": sweep.values, "methods": rows_of}
             path = self.options.output / ("sweep_%s.png" % key)
-            plots.sweep(sweep.title, sweep.axis, sweep.values, rows_of, path)
-            self.section(
-                "%s, %d frames a point" % (sweep.title, count),
-                report.sweep(sweep.title, sweep.axis, sweep.values, rows_of),
-            )
+            plots.sweep(sweep, rows_of, path)
+            self.section("%s, %d frames a point" % (sweep.title, count), report.sweep(sweep, rows_of))
 
     def risk(self):
         """Over every detection of ours so far, and harsh frames besides."""
@@ -153,11 +160,10 @@ class Bench:
         own = interpreter.command(str(Path(sys.executable).with_name("micropython")))
         given = interpreter.command(os.environ.get("MICROPYTHON", "")) or own
         count = min(60, max(10, self.options.frames // 4))
+        folder = self.options.output / "frames"
         drawn = {
-            presets: interpreter.write_frames(
-                self.options.output / "frames", presets, self.options.seed + 4, count, plan.RADIUS_PX
-            )
-            for presets in {job.presets for job in plan.COSTS.values()}
+            scene: interpreter.write_frames(folder, scene, self.options.seed + 4, count)
+            for scene in {job.scene for job in plan.COSTS.values()}
         }
         self.results["micropython"] = {}
         for kind, command in (("unix", own), ("given", given)):
@@ -165,10 +171,12 @@ class Bench:
                 continue
             costs = {}
             for name, job in plan.COSTS.items():
-                paths, truths = drawn[job.presets]
+                paths, truths = drawn[job.scene]
                 if job.track:
                     paths = interpreter.with_predictions(paths, truths, self.options.seed)
-                costs[name] = interpreter.measure(command, paths, job.method, job.radius_range)
+                costs[name] = interpreter.measure(
+                    command, paths, job.method, job.radius_range, job.max_tilt_deg
+                )
             self.results["micropython"][kind] = costs
             unit = "million instructions" if next(iter(costs.values()))["unit"] == "Minsn" else "milliseconds"
             self.section("A frame on MicroPython (%s), %s" % (kind, unit), report.cost(costs))
@@ -213,7 +221,13 @@ def main():
                 sys.exit("bench: %s" % error)
     reached = targets.targets(bench.results)
     if reached:
-        bench.section("Targets", report.targets(reached))
+        bench.section("Targets", report.target_table(reached))
+    if options.docs:
+        try:
+            parts = page.write(bench.results, options.output, PAGE)
+        except (OSError, ValueError) as error:
+            sys.exit("bench: %s: %s" % (PAGE, error))
+        print("bench: in %s: %s" % (PAGE.relative_to(interpreter.ROOT), ", ".join(parts) or "nothing new"))
     elapsed = time.monotonic() - started
     print("bench: %.0f s; tables, plots and results.json in %s" % (elapsed, options.output))
 

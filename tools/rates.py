@@ -3,6 +3,7 @@
     python tools/rates.py --preset cloudy --frames 500 --seed 100
     python tools/rates.py --preset sunny,cloudy,harsh --method larics,paper,apriltag
     python tools/rates.py --preset sunny --set blur_px=8 --radius-px 20 --show 10
+    python tools/rates.py --preset sunny --set tilt_deg=25 --max-tilt 25 --method larics,larics_sharp
     python tools/rates.py --preset negative,photographs --frames 2000
     python tools/rates.py --preset harsh --cache /tmp/larics-frames     # render once, tune many times
 
@@ -33,6 +34,9 @@ def arguments(words=None):
     parser.add_argument("--frames", type=int, default=200)
     parser.add_argument("--seed", type=int, default=100)
     parser.add_argument("--radius-px", type=float, default=30.0, help="ring drawn, and expected within 15 %%")
+    parser.add_argument(
+        "--max-tilt", type=int, default=0, metavar="DEG", help="tilt that the detector is told to allow"
+    )
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="override")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--cache", help="folder that keeps rendered frames between runs")
@@ -60,7 +64,7 @@ def frame_of(key, name, options, overrides):
 
 def show(tally, name, options, overrides):
     """Lists failed frames with the verdicts on their candidates, and saves them when asked."""
-    detect = methods.make(name, frames.WIDTH, frames.HEIGHT, options.radius_px)
+    detect = methods.make(name, frames.WIDTH, frames.HEIGHT, options.radius_px, options.max_tilt)
     kinds = (("missed", tally.misses), ("wrong ID", tally.wrongs), ("false positive", tally.false_keys))
     for kind, keys in kinds:
         for key in keys[: options.show]:
@@ -83,6 +87,8 @@ def main():
     unknown = [name for name in names if name not in methods.METHODS]
     if unknown:
         sys.exit("rates: unknown method %s; use %s" % (unknown[0], ", ".join(methods.METHODS)))
+    if not 0 <= options.max_tilt <= 40:
+        sys.exit("rates: --max-tilt is 0 to 40 degrees, not %d" % options.max_tilt)
     known = [*PRESETS, evaluate.PHOTOGRAPHS]
     unknown = [preset for preset in options.preset.split(",") if preset not in known]
     if unknown:
@@ -94,8 +100,9 @@ def main():
     print(report.heading("preset / method"))
     for preset in options.preset.split(","):
         todo = evaluate.jobs(
-            preset, preset, options.seed, options.frames, options.radius_px, overrides, names, options.cache
-        )
+            preset, preset, options.seed, options.frames, options.radius_px, overrides, names,
+            options.cache, options.max_tilt,
+        )  # fmt: skip
         for name, tally in evaluate.run_all(todo, options.jobs)[preset].items():
             print(report.line("%s %s" % (preset, name), tally.row()), flush=True)
             show(tally, name, options, overrides)

@@ -26,14 +26,15 @@ class Job(NamedTuple):
     overrides: tuple  # of (name, value)
     names: tuple  # methods
     cache: str | None = None
+    max_tilt_deg: int = 0  # that the methods are told to allow
 
 
-def jobs(group, preset, seed, count, radius_px, overrides, names, cache=None):
+def jobs(group, preset, seed, count, radius_px, overrides, names, cache=None, max_tilt_deg=0):
     """A measurement of `count` frames cut into jobs."""
     return [
         Job(
             group, preset, seed, start, min(BLOCK, count - start), radius_px,
-            tuple(sorted(overrides.items())), tuple(names), cache,
+            tuple(sorted(overrides.items())), tuple(names), cache, max_tilt_deg,
         )
         for start in range(0, count, BLOCK)
     ]  # fmt: skip
@@ -42,10 +43,11 @@ def jobs(group, preset, seed, count, radius_px, overrides, names, cache=None):
 _detectors = {}
 
 
-def _detector(name, radius_px):
-    if (name, radius_px) not in _detectors:
-        _detectors[name, radius_px] = methods.make(name, frames.WIDTH, frames.HEIGHT, radius_px)
-    return _detectors[name, radius_px]
+def _detector(name, radius_px, max_tilt_deg):
+    key = name, radius_px, max_tilt_deg
+    if key not in _detectors:
+        _detectors[key] = methods.make(name, frames.WIDTH, frames.HEIGHT, radius_px, max_tilt_deg)
+    return _detectors[key]
 
 
 def _block(job, target):
@@ -72,7 +74,7 @@ def run(job):
     for target, names in by_target.items():
         block = _block(job, target)
         for name in names:
-            detect, tally = _detector(name, job.radius_px), Tally()
+            detect, tally = _detector(name, job.radius_px, job.max_tilt_deg), Tally()
             for i, (frame, truths) in enumerate(block):
                 tally.add(truths, detect(frame), (job.preset, job.seed, job.start + i))
             tallies[name] = tally

@@ -21,15 +21,16 @@ _TURNS = 10000
 _LOOP_INSTRUCTIONS = (9, 13)  # a turn of viper's `while i < n: i += 1` on Thumb takes 11
 
 
-def write_frames(folder, presets, seed, count, radius_px):
-    """Draws `count` frames, the presets in turns, as raw files; returns their paths and truths."""
+def write_frames(folder, scene, seed, count):
+    """Draws `count` frames of a plan.Scene as raw files; returns their paths and truths."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     paths, truths = [], []
+    overrides = "".join("-%s-%g" % override for override in scene.overrides)
     for index in range(count):
-        preset = presets[index % len(presets)]
-        frame, seen = frames.render(preset, seed, index, "larics", radius_px, {})
-        paths.append(folder / ("%s-%03d.raw" % (preset, index)))
+        preset = scene.presets[index % len(scene.presets)]
+        frame, seen = frames.render(preset, seed, index, "larics", scene.radius_px, dict(scene.overrides))
+        paths.append(folder / ("%s-r%g%s-%03d.raw" % (preset, scene.radius_px, overrides, index)))
         paths[-1].write_bytes(frame.tobytes())
         truths.append(seen)
     return paths, truths
@@ -48,13 +49,14 @@ def with_predictions(paths, truths, seed):
 def parse(text):
     """What on_interpreter.py printed, as a dictionary.
 
-    platform, loop and memory as printed, frames [(ticks, found, ID)], kernels {name: (ticks, calls)}."""
+    platform, loop and memory as printed, frames [(ticks, found, ID, second opinion asked)],
+    kernels {name: (ticks, calls)}."""
     result = {"frames": [], "kernels": {}}
     for line in text.splitlines():
         key, *words = line.split()
         if key == "frame":
             number = None if words[2] == "-" else int(words[2])
-            result["frames"].append((int(words[0]), int(words[1]), number))
+            result["frames"].append((int(words[0]), int(words[1]), number, words[3] == "1"))
         elif key == "kernel":
             result["kernels"][words[2]] = (int(words[0]), int(words[1]))
         elif key == "loop":
@@ -104,13 +106,15 @@ def _run(interpreter, *words):
     return done.stdout
 
 
-def measure(interpreter, words, method, radius_range):
+def measure(interpreter, words, method, radius_range, max_tilt_deg=0):
     """Runs a method over raw frames (`words`: paths, or with_predictions()); returns a summary.
 
-    mean, median and max are milliseconds, or million instructions when `unit` says so; kernels holds for each
-    viper function the same unit and the number of calls, both a frame. Raises InterpreterError."""
-    result = parse(_run(interpreter, method, *radius_range, frames.WIDTH, frames.HEIGHT, *words))
-    cost = np.array([ticks for ticks, _, _ in result["frames"]]) / 1000.0
+    mean, median, max and each frame's are milliseconds, or million instructions when `unit` says so; kernels
+    holds for each viper function the same unit and the number of calls, both a frame. Raises
+    InterpreterError."""
+    size = frames.WIDTH, frames.HEIGHT
+    result = parse(_run(interpreter, method, *radius_range, max_tilt_deg, *size, *words))
+    cost = np.array([ticks for ticks, *_ in result["frames"]]) / 1000.0
     return {
         "unit": "Minsn" if counts_instructions(result) else "ms",
         "frames": len(cost),
@@ -118,10 +122,12 @@ def measure(interpreter, words, method, radius_range):
         "median": float(np.median(cost)),
         "max": float(cost.max()),
         "memory": result.get("memory"),
-        "found": sum(found > 0 for _, found, _ in result["frames"]),
+        "found": sum(found > 0 for _, found, *_ in result["frames"]),
         "kernels": {
             name: (ticks / 1000 / len(cost), calls / len(cost))
             for name, (ticks, calls) in sorted(result["kernels"].items(), key=lambda item: -item[1][0])
         },
-        "ids": [number for _, _, number in result["frames"]],
+        "each": cost.tolist(),
+        "ids": [number for _, _, number, _ in result["frames"]],
+        "asked": [asked for *_, asked in result["frames"]],
     }

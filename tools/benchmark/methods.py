@@ -5,6 +5,7 @@ first corner to the second) lies along what is the orientation line of our marke
 """
 
 import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -126,30 +127,46 @@ class HoughCircles:
         return [Found(None, float(x), float(y), None) for x, y, _ in circles.reshape(-1, 3)]
 
 
-def _larics(width, height, radius_px):
+class Condition(NamedTuple):
+    """What a user knows about the frames before any is seen."""
+
+    width: int
+    height: int
+    radius_px: float  # of the outer ring, seen level
+    max_tilt_deg: int = 0  # of the camera
+
+
+def _larics(known, second_opinion=True):
     from larics.detector import Detector
 
-    low, high = radius_range(radius_px)
-    return Larics(Detector(width, height, radius_min_px=low, radius_max_px=high))
+    low, high = radius_range(known.radius_px)
+    return Larics(
+        Detector(
+            known.width, known.height, radius_min_px=low, radius_max_px=high,
+            second_opinion=second_opinion, max_tilt_deg=known.max_tilt_deg,
+        )
+    )  # fmt: skip
 
 
-def _paper(width, height, radius_px):
+def _paper(known):
     from larics.paper import PaperDetector
 
-    low, high = radius_range(radius_px)
-    return Larics(PaperDetector(width, height, low, high))
+    return Larics(PaperDetector(known.width, known.height, *radius_range(known.radius_px)))
 
 
 # name: (label, what is drawn, constructor)
 METHODS = {
     "larics": ("LARICS", "larics", _larics),
+    "larics_sharp": (
+        "LARICS, second opinion off", "larics", lambda known: _larics(known, second_opinion=False),
+    ),
     "paper": ("published decoder", "larics", _paper),
-    "aruco": ("ArUco", "aruco", lambda width, height, radius_px: Aruco(subpixel=False)),
-    "aruco_subpix": ("ArUco sub-pixel", "aruco", lambda width, height, radius_px: Aruco(subpixel=True)),
-    "apriltag": ("AprilTag 36h11", "apriltag", lambda width, height, radius_px: AprilTag(1.0)),
-    "apriltag2": ("AprilTag 36h11 decimated", "apriltag", lambda width, height, radius_px: AprilTag(2.0)),
-    "hough": ("cv2.HoughCircles", "larics", lambda width, height, radius_px: HoughCircles(radius_px)),
-}
+    "aruco": ("ArUco", "aruco", lambda known: Aruco(subpixel=False)),
+    "aruco_subpix": ("ArUco sub-pixel", "aruco", lambda known: Aruco(subpixel=True)),
+    "apriltag": ("AprilTag 36h11", "apriltag", lambda known: AprilTag(1.0)),
+    "apriltag2": ("AprilTag 36h11 decimated", "apriltag", lambda known: AprilTag(2.0)),
+    "hough": ("cv2.HoughCircles", "larics", lambda known: HoughCircles(known.radius_px)),
+}  # fmt: skip
 
 WITHOUT_ID = ("hough",)
 
@@ -162,7 +179,9 @@ def target(name):
     return METHODS[name][1]
 
 
-def make(name, width, height, radius_px):
-    """A callable frame -> list of Found for frames of one size and a ring of about `radius_px`."""
+def make(name, width, height, radius_px, max_tilt_deg=0):
+    """A callable frame -> list of Found for frames of one size and a ring of about `radius_px` seen level.
+
+    The published decoder and the peers know no tilt."""
     cv2.setNumThreads(1)
-    return METHODS[name][2](width, height, radius_px)
+    return METHODS[name][2](Condition(width, height, radius_px, max_tilt_deg))

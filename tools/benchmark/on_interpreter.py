@@ -1,12 +1,14 @@
 """Runs on MicroPython: ticks of each call of `detect` over frames in files.
 
-    micropython on_interpreter.py larics|paper RADIUS_MIN RADIUS_MAX WIDTH HEIGHT FRAME.raw[@X,Y,RADIUS]...
+    micropython on_interpreter.py METHOD RADIUS_MIN RADIUS_MAX MAX_TILT WIDTH HEIGHT FRAME.raw[@X,Y,RADIUS]...
 
-A frame with a predicted place (1/256 px) is tracked, one without is searched.
+METHOD is larics, larics_sharp (second opinion off) or paper. A frame with a predicted place (1/256 px) is
+tracked, one without is searched.
 
 Prints `key value...` lines: `loop` (two measurements of 10,000 empty viper turns, to tell an
 instruction counter from a clock), `memory` (bytes of the detector's buffers), one `frame` a file: ticks,
-number of detections, first ID; and from a second pass one `kernel` a viper function: ticks, calls, name.
+number of detections, first ID, whether the second opinion was asked (1, 0); and from a second pass one
+`kernel` a viper function: ticks, calls, name.
 """
 
 import gc
@@ -38,14 +40,22 @@ def _process(detector, frame, place):
     return detector.detect(frame)
 
 
-def _make(method, low, high, width, height):
+def _make(method, low, high, max_tilt_deg, width, height):
     if method == "paper":
         from larics.paper import PaperDetector
 
         return PaperDetector(width, height, radius_min_px=low, radius_max_px=high)
     from larics.detector import Detector
 
-    return Detector(width, height, radius_min_px=low, radius_max_px=high)
+    return Detector(
+        width, height, radius_min_px=low, radius_max_px=high, max_tilt_deg=max_tilt_deg,
+        second_opinion=method == "larics",
+    )  # fmt: skip
+
+
+def _asked(detector):
+    """1 when the second opinion was asked in the last frame, else 0."""
+    return int(hasattr(detector, "counts") and detector.counts.second >= 0)
 
 
 def _counted(function, total, count):
@@ -122,11 +132,11 @@ def _read(word, frame):
     return [int(number) for number in place.split(",")] if place else []
 
 
-def main(method, low, high, width, height, words):
+def main(method, low, high, max_tilt_deg, width, height, words):
     print("platform", sys.platform)
     print("loop", _ticks_of_turns(), _ticks_of_turns())
-    detector = _make(method, low, high, width, height)
-    if method == "larics":
+    detector = _make(method, low, high, max_tilt_deg, width, height)
+    if method != "paper":
         print("memory", detector.memory())
     frame = bytearray(width * height)
     _process(detector, frame, _read(words[0], frame))  # what happens once is not the cost of a frame
@@ -136,9 +146,9 @@ def main(method, low, high, width, height, words):
         start = time.ticks_us()
         found = _process(detector, frame, place)
         ticks = time.ticks_diff(time.ticks_us(), start)
-        print("frame", ticks, len(found), found[0].marker_id if found else "-")
+        print("frame", ticks, len(found), found[0].marker_id if found else "-", _asked(detector))
     for name, (ticks, calls) in _count_kernels(detector, words, frame).items():
         print("kernel", ticks, calls, name)
 
 
-main(sys.argv[1], *[int(word) for word in sys.argv[2:6]], sys.argv[6:])
+main(sys.argv[1], *[int(word) for word in sys.argv[2:7]], sys.argv[7:])

@@ -11,6 +11,7 @@ from . import methods  # noqa: E402
 
 _COLOURS = {
     "larics": "#0b5fa5",
+    "larics_sharp": "#0b5fa5",
     "paper": "#8a8a8a",
     "aruco": "#f0b46c",
     "aruco_subpix": "#d97b1a",
@@ -18,11 +19,18 @@ _COLOURS = {
     "apriltag2": "#93c9a8",
     "hough": "#b06ab3",
 }
-_STYLE = {"paper": ":"}
+_WRONG_PCT = (0, 0.2, 1, 5, 20, 100)  # ticks
+_PAD = 16  # of a title above other words
+_LINE = dict(marker="o", markersize=4)
+_STYLE = {  # what differs from _LINE; before and after have one colour
+    "larics": dict(zorder=4),
+    "larics_sharp": dict(linestyle="--", markersize=8, markerfacecolor="none", zorder=3),
+    "paper": dict(linestyle=":"),
+}
 
 
-def _save(figure, path):
-    figure.tight_layout()
+def _save(figure, path, room_below=0.0):
+    figure.tight_layout(rect=(0, room_below, 1, 1))
     figure.savefig(path, dpi=110)
     plt.close(figure)
     return path
@@ -36,40 +44,44 @@ def _values(rows, key):
     return [float("nan") if row[key] is None else row[key] for row in rows]
 
 
-def sweep(title, axis, values, rows_of, path):
-    """Detected share and centre error over one condition; wrong IDs are written beside the points.
+def sweep(plan, rows_of, path):
+    """Detected share, wrong reports and centre error over one condition.
 
-    rows_of: {method: one Tally.row() for each value}."""
-    figure, (rate, error) = plt.subplots(1, 2, figsize=(11, 4.2))
+    plan: plan.Sweep; rows_of: {method: one Tally.row() for each value}."""
+    figure, (rate, wrong, error) = plt.subplots(1, 3, figsize=(12.5, 3.9))
     for name, rows in rows_of.items():
-        look = dict(color=_COLOURS[name], linestyle=_STYLE.get(name, "-"), marker="o", markersize=4)
-        detected = _values(rows, "detected_pct")
-        rate.plot(values, detected, label=methods.label(name), **look)
-        for value, share, row in zip(values, detected, rows, strict=True):
-            if row["wrong"]:
-                rate.annotate(
-                    "%d" % row["wrong"], (value, share), color="crimson", fontsize=8,
-                    textcoords="offset points", xytext=(3, 4),
-                )  # fmt: skip
-        error.plot(values, _values(rows, "centre_median_px"), label=methods.label(name), **look)
-    rate.set_ylabel("detected, %")
-    rate.set_ylim(-3, 105)
-    rate.set_title("%s: detected (red: number of wrong IDs)" % title, fontsize=10)
-    error.set_ylabel("centre error, median, px")
+        look = dict(_LINE, color=_COLOURS[name], label=methods.label(name), **_STYLE.get(name, {}))
+        rate.plot(plan.values, _values(rows, "detected_pct"), **look)
+        reports = [100 * (row["wrong"] + row["false_positives"]) / row["frames"] for row in rows]
+        wrong.plot(plan.values, reports, **look)
+        error.plot(plan.values, _values(rows, "centre_median_px"), **look)
+    rate.set_title("found, %", fontsize=10, pad=_PAD)
+    rate.set_ylim(-4, 104)
+    wrong.set_title("wrong IDs and false positives, % of frames", fontsize=10, pad=_PAD)
+    wrong.set_yscale("symlog", linthresh=_WRONG_PCT[1])  # a single one is seen beside many
+    wrong.set_yticks(_WRONG_PCT, ["%g" % share for share in _WRONG_PCT])
+    wrong.yaxis.set_minor_locator(NullLocator())
+    wrong.set_ylim(-0.04, 130)
+    error.set_title("centre error, median, px", fontsize=10, pad=_PAD)
     error.set_yscale("log")
     error.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     error.yaxis.set_major_formatter(_plain)
     error.yaxis.set_minor_locator(NullLocator())
-    error.set_title("%s: centre error" % title, fontsize=10)
-    for axes in (rate, error):
-        axes.set_xlabel(axis)
-        if values[0] > 0 and values[-1] >= 10 * values[0]:
+    for text, value in (("must", plan.must), ("aim", plan.aim)):
+        if value is not None:
+            rate.axvline(value, color="black", linewidth=0.8, linestyle=":", zorder=0)
+            rate.text(value, 105, text, fontsize=8, ha="center", va="bottom")
+    for axes in (rate, wrong, error):
+        axes.set_xlabel("%s: %s" % (plan.title, plan.axis))
+        if plan.values[0] > 0 and plan.values[-1] >= 10 * plan.values[0]:
             axes.set_xscale("log")
-            axes.set_xticks(values, ["%g" % value for value in values])
-            axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xticks(plan.values, ["%g" % value for value in plan.values])
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set_xlim(rate.get_xlim())
         axes.grid(alpha=0.3)
-    rate.legend(fontsize=8)
-    return _save(figure, path)
+    handles, labels = rate.get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize=9, ncols=len(labels), loc="lower center", frameon=False)
+    return _save(figure, path, room_below=0.08)
 
 
 def quality(results, path):
@@ -79,11 +91,17 @@ def quality(results, path):
     figure, axes = plt.subplots(4, 1, figsize=(1.6 + 1.3 * len(results), 12), sharex=True)
     width = 0.85 / len(names)
     for i, name in enumerate(names):
-        look = dict(color=_COLOURS[name], label=methods.label(name))
+        fill = dict(color=_COLOURS[name], label=methods.label(name))
+        look = dict(fill)
+        if name == "larics_sharp":
+            fill = dict(
+                facecolor="white", edgecolor=_COLOURS[name], linewidth=0, hatch="/////", label=fill["label"]
+            )
+            look["markerfacecolor"] = "white"
         places = np.arange(len(results)) + (i - (len(names) - 1) / 2) * width
         rows = [results[preset][name] for preset in results]
-        axes[0].bar(places, _values(rows, "detected_pct"), width, **look)
-        axes[1].bar(places, _values(rows, "wrong_pct"), width, **look)
+        axes[0].bar(places, _values(rows, "detected_pct"), width, **fill)
+        axes[1].bar(places, _values(rows, "wrong_pct"), width, **fill)
         for panel, key in ((axes[2], "centre_%s_px"), (axes[3], "heading_%s_deg")):
             median, p95 = (np.array(_values(rows, key % part)) for part in ("median", "p95"))
             panel.errorbar(

@@ -1,6 +1,6 @@
 """The bench's tables as text."""
 
-from . import methods
+from . import methods, targets
 
 _COLUMNS = (
     # title, width, how a row is printed
@@ -13,7 +13,7 @@ _COLUMNS = (
     ("centre med/p95", 16, lambda r: _pair(r["centre_median_px"], r["centre_p95_px"])),
     ("heading med/p95", 17, lambda r: _pair(r["heading_median_deg"], r["heading_p95_deg"])),
 )
-_LABEL = 34
+_LABEL = 40
 
 
 def _number(value, form):
@@ -46,24 +46,41 @@ def quality(results):
     return "\n".join(lines)
 
 
-def sweep(title, axis, values, rows_of):
-    """Three small tables side by side in one: detected %, wrong IDs and centre error for each value."""
-    lines = ["%s (%s): detected %% / wrong IDs / centre median, p95 px" % (title, axis)]
-    lines.append(" " * 22 + "".join(("%g" % value).rjust(20) for value in values))
-    for name, rows in rows_of.items():
-        cells = [
-            "%s/%d/%s"
-            % (
-                _number(row["detected_pct"], "%.0f"),
-                row["wrong"],
-                "-"
-                if row["centre_median_px"] is None
-                else "%.3f,%.3f" % (row["centre_median_px"], row["centre_p95_px"]),
-            )
-            for row in rows
-        ]
-        lines.append(methods.label(name).ljust(22) + "".join(cell.rjust(20) for cell in cells))
-    return "\n".join(lines)
+def sweep(plan, rows_of):
+    """Two tables by value and method: what was found, and how exactly.
+
+    plan: plan.Sweep; rows_of: {method: one Tally.row() for each value}."""
+    lines = []
+    if plan.tells_tilt:
+        lines += ["LARICS is told to allow the tilt of each row (max_tilt_deg); the others know no tilt.", ""]
+    labels = [methods.label(name) for name in rows_of]
+    widths = [max(len(label), 20) + 3 for label in labels]
+    tables = (
+        ("detected %, ID read %, wrong IDs + false positives", _found_cell),
+        ("centre error, median and 95th percentile, px", _error_cell),
+    )
+    for title, cell in tables:
+        lines += [title, plan.axis.ljust(15) + _cells(labels, widths)]
+        for index, value in enumerate(plan.values):
+            cells = [cell(rows[index]) for rows in rows_of.values()]
+            lines.append(("%g" % value).ljust(15) + _cells(cells, widths))
+        lines.append("")
+    return "\n".join(lines[:-1])
+
+
+def _cells(cells, widths):
+    return "".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))
+
+
+def _found_cell(row):
+    shares = "%s %6s" % (_number(row["detected_pct"], "%.1f"), _number(row["read_pct"], "%.1f"))
+    return "%s %6s" % (shares, "%d+%d" % (row["wrong"], row["false_positives"]))
+
+
+def _error_cell(row):
+    if row["centre_median_px"] is None:
+        return "-      -"
+    return "%.3f  %.3f" % (row["centre_median_px"], row["centre_p95_px"])
 
 
 def risk(rows, order):
@@ -101,13 +118,15 @@ def times(by_method):
 
 
 def cost(by_job):
-    """{job: interpreter.measure()} as a table."""
-    lines = ["job".ljust(34) + "unit   frames  found     mean   median      max    memory"]
+    """{job: interpreter.measure()} as tables."""
+    width = max(len(job) for job in by_job) + 2
+    lines = ["job".ljust(width) + "unit   frames  found     mean   median      max    memory"]
     for job, row in by_job.items():
-        counts = "%-34s%-6s%7d%7d" % (job, row["unit"], row["frames"], row["found"])
+        counts = "%-*s%-6s%7d%7d" % (width, job, row["unit"], row["frames"], row["found"])
         lines.append(
             counts + "%9.3f%9.3f%9.3f%10s" % (row["mean"], row["median"], row["max"], row["memory"] or "-")
         )
+    lines += ["", *_second_opinion(targets.second_opinion(by_job))]
     job, row = next(iter(by_job.items()))
     if row["unit"] == "Minsn":  # a clock is too coarse for single kernels
         lines += ["", "%s: mean a frame by kernel (%s, calls)" % (job, row["unit"])]
@@ -117,12 +136,30 @@ def cost(by_job):
     return "\n".join(lines)
 
 
-def targets(rows):
-    """targets.targets() as a table."""
-    lines = ["".ljust(52) + "measured".rjust(10) + "must".rjust(9) + "aim".rjust(9)]
+def _second_opinion(added):
+    """targets.second_opinion() as lines of a table."""
+    width = max(len(job) for job in added) + 2
+    title = "second opinion adds, where asked"
+    yield title.ljust(width) + "unit   frames  asked     mean      max   found off, on     memory off, on"
+    for job, row in added.items():
+        yield "%-*s%-6s%7d%7d%9s%9s%16s%19s" % (
+            *(width, job, row["unit"], row["frames"], row["asked"]),
+            *(_number(row["mean"], "%.3f"), _number(row["max"], "%.3f")),
+            *("%d, %d" % row["found"], "%d, %d" % row["memory"]),
+        )
+
+
+def target_table(rows):
+    """A list of targets.Target as a table."""
+    width = max(len(row.label) for row in rows) + 2
+    lines = ["".ljust(width) + "measured     must      aim   frames"]
     for row in rows:
-        must = _number(row.must, "%g")
-        lines.append("%-52s%10.4g%9s%9g  %s" % (row.label, row.value, must, row.aim, row.verdict()))
+        text = "%-*s%8.4g%9s%9s%9s" % (
+            *(width, row.label, row.value),
+            *(_number(row.must, "%g"), _number(row.aim, "%g"), _number(row.frames, "%d")),
+        )
+        wrong = ", %d wrong" % row.wrong if row.wrong else ""
+        lines.append("%s   %s%s" % (text, row.verdict(), wrong))
     return "\n".join(lines)
 
 
