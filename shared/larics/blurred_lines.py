@@ -35,6 +35,7 @@ class BlurredLines:
     near, far        depth of the line's inner and outer half
     amounts          array of 8: depth of the line at each position, less what all empty ones share
     common           what the empty ones share (median)
+    noise            between neighbouring directions outside the rings, 1024 = twice as deep as the rings
     residuals        array of 8: largest mean residual around each position, 1024 = as deep as the rings
     """
 
@@ -61,7 +62,7 @@ class BlurredLines:
         self._result = array("i", bytes(16))
         self.amounts = array("i", bytes(4 * POSITIONS))
         self.residuals = array("i", bytes(36))
-        self.angle_turn16 = self.depth = self.rival = self.near = self.far = self.common = 0
+        self.angle_turn16 = self.depth = self.rival = self.near = self.far = self.common = self.noise = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -84,6 +85,9 @@ class BlurredLines:
         if not rings.sample(frame, self._first, self._count, 128, 2, 0, 16384, 0):
             return False
         self._read_ink(rings, 128, 0, self._count, 0)
+        # directions that share pixels have noise in common
+        apart = 1 if rings.radius_q8 > 5120 else 2 if rings.radius_q8 > 2560 else 4
+        self.noise = kernels.ink_noise(self._ink, 0, 0, 128, apart)
         self._read_depths(128, 0, 0, 127)
         kernels.deepest(self._depths, 0, 0, 128, _APART, self._result)
         self.angle_turn16 = self._result[0] << 9

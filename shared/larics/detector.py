@@ -243,7 +243,7 @@ class Detector:
         self.counts.clear()
         self.rings.crossings = 0
         if self.second is not None:
-            self.second.forget()
+            self.second.candidates.forget()
         return frame
 
     def _finish(self):
@@ -292,6 +292,19 @@ class Detector:
             self.counts.votes += scale.votes.votes
             self._examine_all(frame, scale, edges, centres, 0)
 
+    def _search_blurred(self, frame):
+        """Finds candidates for the second opinion alone: lines that are blurred need not look like lines."""
+        for scale in self._scales:
+            edges = scale.edges.find(frame, 0, self.width, 0, self.height, True)
+            centres = scale.votes.find(self._edges, edges, self.width, 0, self.width, 0, self.height)
+            self._count_edges(scale, edges)
+            self.counts.votes += scale.votes.votes
+            for index in range(centres):
+                self.second.candidates.remember(
+                    self._centres[3 * index + 1] - 32768, self._centres[3 * index + 2] - 32768,
+                    scale.radius_min_q8, scale.radius_max_q8, verdicts.NO_RADIUS,
+                )  # fmt: skip
+
     def _search_window(self, frame, x_q8, y_q8, radius_q8):
         """Searches for a marker of about that radius around a place."""
         for scale in self._scales:
@@ -337,7 +350,7 @@ class Detector:
             verdict = verdicts.POOR_RINGS
         counts.verdicts[verdict] += 1
         if verdict and self.second is not None:
-            self.second.remember(x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, verdict)
+            self.second.candidates.remember(x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, verdict)
         if verdict > verdicts.ID_UNCERTAIN:
             return False
         self._report(verdict, flags)
@@ -351,6 +364,7 @@ class Detector:
         for index in range(self._count):
             if not self._all[index].flags & FLAG_ID_UNCERTAIN:
                 return
+        self._search_blurred(frame)
         verdict = second.examine(frame)
         self.counts.second = verdict
         if verdict != verdicts.ACCEPTED:
@@ -364,12 +378,12 @@ class Detector:
                 return
             self._count += 1
         found = self._all[index]
-        found.marker_id = second.marker_id
+        found.marker_id = second.judge.marker_id
         found.x_q8 = second.x_q8
         found.y_q8 = second.y_q8
         found.radius_q8 = second.rings.radius_q8
         found.heading_cdeg = second.heading_cdeg
-        found.margin = second.margin
+        found.margin = second.judge.margin
         found.flags = FLAG_MODEL | self._border(found)
 
     def _taken(self, x_q8, y_q8):

@@ -57,6 +57,12 @@ class EdgeFinder:
             for slot, length_q8 in enumerate((-beyond_q8, -dark_q8, light_q8)):
                 dx, dy = offset_px(length_q8, direction)
                 self._probes[direction * 3 + slot] = dy * width + dx + 32768
+        # a blurred line is no thin line any more: what is compared is the gradient with itself
+        self._any_probes = array("H", bytes(DIRECTIONS * 6))
+        for direction in range(DIRECTIONS):
+            for slot, sign in enumerate((1, -1, 1)):
+                dx, dy = offset_px(sign * (reach << 8), direction)
+                self._any_probes[direction * 3 + slot] = dy * width + dx + 32768
         margin = max((beyond_q8 + 511) >> 8, reach)
         self._left = self._top = (margin + step - 1) // step * step
         self._right = width - margin
@@ -64,7 +70,7 @@ class EdgeFinder:
 
     def memory(self):
         """Bytes of the tables."""
-        return DIRECTIONS * 6
+        return 2 * DIRECTIONS * 6
 
     def measure_threshold(self, frame):
         """Adapts the threshold to the gradients of the whole frame."""
@@ -76,8 +82,10 @@ class EdgeFinder:
             self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, _SHARE_MAX
         )
 
-    def find(self, frame, left, right, top, bottom):
-        """Lists the edges within the rectangle (px, cut to the frame) and returns their number."""
+    def find(self, frame, left, right, top, bottom, blurred=False):
+        """Lists the edges within the rectangle (px, cut to the frame) and returns their number.
+
+        blurred: those of blurred lines, too, which are all"""
         step = self.step
         left = self._left if left <= self._left else left // step * step
         top = self._top if top <= self._top else top // step * step
@@ -92,5 +100,5 @@ class EdgeFinder:
         )  # fmt: skip
         return kernels.thin_line_edges(
             frame, 0, 0, 0, self.edges, self.steep, self.width * self.reach, self.reach, threshold,
-            tables.DIRECTION_48, self._probes,
+            tables.DIRECTION_48, self._any_probes if blurred else self._probes,
         )  # fmt: skip

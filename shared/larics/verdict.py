@@ -53,7 +53,7 @@ class Judge:
     def _hold(self, count):
         """Whether the first `count` rules hold; the margin becomes that of the weakest."""
         self.margin = kernels.weakest_rule(self._rules, 0, self.margin, count)
-        return self.margin >= 0
+        return self.margin >= _MARGIN_LEAST
 
     def first_look(self, rings):
         """Whether the rings are worth another look after their first passes."""
@@ -83,7 +83,7 @@ class Judge:
             marker_id = kernels.code_rules(
                 self._rules, 0, 0, lines.code, rings.fit, rings.inner_means, lines.angle_turn16
             )
-            if not self._hold(4) or self.margin < _MARGIN_LEAST:
+            if not self._hold(4):
                 return NOT_EMPTY
             if marker_id != _IN_DOUBT and self.allowed[marker_id]:
                 self.marker_id = marker_id

@@ -48,6 +48,12 @@ def deepest(random):
         yield words(128, random, low, high), 0, 0, 128, 10, ints(3, random)
 
 
+def ink_noise(random):
+    for low, high in ((32768 - 8191, 32768 + 8191), (32700, 32900), (33768, 33768)):
+        yield words(128, random, low, high), 0, 0, 128, 1
+        yield words(128, random, low, high), 0, 0, 128, 4
+
+
 def line_turn(random):
     for low, high in ((32768 - 8191, 32768 + 8191), (32700, 32900), (33768, 33768)):
         yield words(29, random, low, high), 0, 0, words(30, random, 0, 1024), 15, 13, 14, ints(1, random)
@@ -59,5 +65,6 @@ CASES = {
     "ink_profile": ink_profile,
     "line_depths": line_depths,
     "deepest": deepest,
+    "ink_noise": ink_noise,
     "line_turn": line_turn,
 }

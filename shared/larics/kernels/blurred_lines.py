@@ -259,6 +259,37 @@ def deepest(depths: ptr16, k: int, value: int, directions: int, apart: int, resu
 
 
 @micropython.viper
+def ink_noise(ink: ptr16, k: int, total: int, directions: int, apart: int) -> int:
+    """Mean second difference of the ink of directions `apart` steps from each other: twice their noise.
+
+    Those that are more than three times the mean so far are a line's or an edge's and left out. ink:
+    `directions` items, the whole turn. Returns the mean, 1/1024 of the rings' darkness."""
+    limit = 1 << 20
+    rounds = 4
+    while rounds > 0:
+        rounds -= 1
+        total = 0
+        used = 0
+        k = 0
+        while k < directions:
+            i = k + apart
+            if i >= directions:
+                i -= directions
+            value = k - apart
+            if value < 0:
+                value += directions
+            value = int(ink[k]) + int(ink[k]) - int(ink[i]) - int(ink[value])
+            if value < 0:
+                value = 0 - value
+            if value < limit:
+                total += value
+                used += 1
+            k += 1
+        limit = total * 3 // (used + 1) + 3
+    return total // (used + 1)
+
+
+@micropython.viper
 def line_turn(
     ink: ptr16, i: int, value: int, templates: ptr16, base: int, half: int, middle: int, result: ptr32
 ) -> int:

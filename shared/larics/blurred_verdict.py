@@ -1,0 +1,122 @@
+"""The second opinion's verdict: the rules on blurred rings and lines, with a margin like those of verdict.py."""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics import verdict as verdicts
+from larics.blurred_lines import BITS, POSITIONS
+from larics.detection import NO_ID
+
+_MATCH_LEAST = const(700)  # squared correlation with the model's rings, 1/1024, median of the sectors
+_GOOD_LEAST = const(24)  # sectors of 32: rings that something covers are not for this judge
+_RATIO_MOST = const(20)  # of the radii, off the family's, 1/1024
+_DEVIATION_MOST = const(36)  # 1/1000 of the radius
+_DEPTH_LEAST = const(150)  # of lines, 256 = as deep as the rings
+_DEPTH_MOST = const(420)
+_HALF_LEAST = const(120)
+_RIVAL_MOST = const(72)  # percent of the line
+_COMMON_MOST = const(170)  # what the empty positions share
+_EMPTY_MOST = const(90)
+_EMPTY_LEAST = const(-135)
+_ZERO_MOST = const(85)
+_ONE_LEAST = const(150)
+_ONE_MOST = const(420)
+_RESIDUAL_MOST = const(190)  # beside a bit, 1024 = as deep as the rings, and so much more for the noise:
+_OF_NOISE = const(2)
+_SMALL_Q8 = const(3072)  # radius of rings on which a speck of dirt may be as large as a line,
+_ONE_OF_16 = const(13)  # but is seldom as dark: least depth of a line there, as a share of the deepest's,
+_DIRTY_MOST = const(200)  # and of one position that must be empty, at most
+
+
+class BlurredJudge:
+    """Judges one candidate at a time.
+
+    marker_id, margin   of the last one, as in detection.Detection
+    """
+
+    def __init__(self, family, allowed):
+        self._inner_q10 = (family.inner_mm10 * 1024 + family.outer_mm10 // 2) // family.outer_mm10
+        self._allowed = allowed
+        self.marker_id = NO_ID
+        self.margin = 0
+
+    def _rule(self, distance, scale):
+        """Counts a rule: `distance` from the limit, `scale` = a distance without any doubt. False below 0."""
+        if distance < 0:
+            return False
+        self.margin = min(self.margin, distance * 255 // scale)
+        return True
+
+    def rings(self, rings, share, whole):
+        """Whether the rings are a marker's, with limits of share / whole; begins a new candidate."""
+        ratio_off = abs(rings.ratio_q10 - self._inner_q10)
+        deviation = rings.deviation_q10 * 250 // rings.radius_q8
+        self.marker_id = NO_ID
+        self.margin = 255
+        return (
+            self._rule(rings.match - _MATCH_LEAST * share // whole, 200)
+            and self._rule(rings.good - _GOOD_LEAST * share // whole, 8)
+            and self._rule(_RATIO_MOST * whole // share - ratio_off, 16)
+            and self._rule(_DEVIATION_MOST * whole // share - deviation, 28)
+        )
+
+    def lines(self, lines, rival, radius_q8):
+        """The verdict on the lines, with a rival of that many percent of the orientation line."""
+        small = radius_q8 < _SMALL_Q8
+        if not (
+            self._rule(lines.depth - _DEPTH_LEAST, 70)
+            and self._rule(_DEPTH_MOST - lines.depth, 100)
+            and self._rule(min(lines.near, lines.far) - _HALF_LEAST, 80)
+        ):
+            return verdicts.NO_ORIENTATION
+        if not self._rule(_RIVAL_MOST - rival, 40):
+            return verdicts.TWO_ORIENTATIONS
+        if not self._rule(_COMMON_MOST - abs(lines.common), 80):
+            return verdicts.NOT_EMPTY
+        # depths are told in units of the rings', which blur makes the least certain; the line's own is known
+        unit = max(256, lines.depth)
+        if not self._guards(lines, unit, small):
+            return verdicts.NOT_EMPTY
+        return self._code(lines, unit, unit * _ONE_OF_16 >> 4 if small else _ONE_LEAST)
+
+    def _guards(self, lines, unit, small):
+        """Whether the five positions that carry no bit are empty; of a small marker one may be dirty."""
+        most = _EMPTY_MOST * unit >> 8
+        dirty_most = (_DIRTY_MOST if small else _EMPTY_MOST) * unit >> 8
+        for position in range(POSITIONS):
+            if position not in BITS:
+                amount = lines.amounts[position]
+                limit = most
+                if amount > most:
+                    limit = dirty_most
+                    dirty_most = most
+                if not (self._rule(limit - amount, 60) and self._rule(amount - _EMPTY_LEAST, 80)):
+                    return False
+        return True
+
+    def _code(self, lines, unit, one_least):
+        """The verdict on the three bits."""
+        marker_id = 0
+        certain = True
+        zero_most = _ZERO_MOST * unit >> 8
+        one_most = _ONE_MOST * unit >> 8
+        residual_most = _RESIDUAL_MOST + lines.noise * _OF_NOISE
+        for position in BITS:
+            amount = lines.amounts[position]
+            marker_id <<= 1
+            if amount >= one_least:
+                marker_id |= 1
+                certain = certain and self._rule(one_most - amount, 100)
+                certain = certain and self._rule(amount - one_least, 80)
+            else:
+                certain = certain and self._rule(zero_most - amount, 60)
+                certain = certain and self._rule(amount - _EMPTY_LEAST, 80)
+            certain = certain and self._rule(residual_most - lines.residuals[position], 200)
+        if certain and self._allowed[marker_id]:
+            self.marker_id = marker_id
+            return verdicts.ACCEPTED
+        if certain and marker_id == 0:
+            return verdicts.NO_CODE
+        return verdicts.ID_UNCERTAIN
