@@ -1,4 +1,4 @@
-"""The second opinion's verdict: the rules on blurred rings and lines, with a margin like those of verdict.py."""
+"""The second opinion's verdict: rules on blurred rings and lines, with a margin as verdict.py gives one."""
 
 try:
     from micropython import const

@@ -2,6 +2,7 @@
 
 from larics import verdict
 from larics.blur import MOTIONS, BlurModel
+from larics.candidates import X_Q8
 from larics.detection import FLAG_MODEL
 from larics.detector import Detector
 from larics.fixed import wrap_cdeg
@@ -100,13 +101,14 @@ def test_nothing_is_allocated():
 
 def test_candidates_are_kept_by_promise_and_once():
     second = SecondOpinion(WIDTH, HEIGHT, LARICS3, 175, bytearray(8))
-    kept = second._candidates
+    candidates = second.candidates
     for x, said in ((10, verdict.NO_RADIUS), (30, verdict.NO_ORIENTATION), (11, verdict.NO_RADIUS)):
-        second.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said)
+        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said)
     for x in range(50, 120, 10):
-        second.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, verdict.NO_FIT)
-    assert [kept[6 * index + 1] >> 8 for index in range(4)] == [30, 50, 60, 70]
-    second.forget()
+        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, verdict.NO_FIT)
+    kept = [candidates.items[12 * index + X_Q8] >> 8 for index in range(8)]
+    assert kept == [30, 50, 60, 70, 80, 90, 100, 110]
+    candidates.forget()
     assert second.examine(bytearray(WIDTH * HEIGHT)) == verdict.NO_RADIUS
 
 
