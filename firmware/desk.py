@@ -1,11 +1,4 @@
-"""Runs the program on a PC: recorded frames in, the wire on a terminal device out.
-
-    micropython firmware/desk.py --frames FOLDER --port /dev/pts/3 [--fps 60] [--rounds 1]
-                                 [--settings FILE.json] [--set name=value]...
-
---fps 0 delivers the frames as fast as they are processed; --rounds 0 repeats them for ever. A --set counts
-more than the file.
-"""
+"""Runs the program on a PC: recorded frames in, the wire on a terminal device out. See _USAGE."""
 
 import json
 import os
@@ -17,11 +10,21 @@ from larics.parts import make_detector
 from larics.settings import Settings, field
 from uart_unix import UART
 
+_USAGE = """usage: micropython firmware/desk.py --frames FOLDER --port /dev/pts/3 [--fps 60] [--rounds 1]
+                                    [--settings FILE.json] [--set name=value]...
+
+Runs the program on a PC: recorded frames in, the wire on a terminal device out.
+
+--fps 0 delivers the frames as fast as they are processed; --rounds 0 repeats them for ever. A --set counts
+more than the file."""
 _NUMBERS = ("fps", "rounds")
 
 
 def parse(arguments):
-    """Options as a dict; SystemExit with one line for what is wrong."""
+    """Options as a dict; SystemExit with one line for what is wrong, or after --help."""
+    if "--help" in arguments or "-h" in arguments:
+        print(_USAGE)
+        raise SystemExit(0)
     options = {"fps": 0, "rounds": 1, "set": {}}
     position = 0
     while position < len(arguments):

@@ -203,6 +203,19 @@ def test_bad_input_gets_one_line(recording, options, expected):
     assert len(result.stderr.splitlines()) == 1 and expected in result.stderr, result.stderr
 
 
+def test_help_of_the_program_on_a_pc():
+    result = subprocess.run(
+        [*interpreter(), "firmware/desk.py", "--help"],
+        cwd=ROOT,
+        env=dict(os.environ, MICROPYPATH="shared:firmware:.frozen"),
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert result.returncode == 0 and not result.stderr
+    assert result.stdout.startswith("usage: ") and "--settings FILE.json" in result.stdout
+
+
 def test_a_port_that_does_not_exist(recording):
     process = start_firmware(recording[0], "/dev/no-such-port")
     output = process.communicate(timeout=60)[0]
