@@ -34,7 +34,9 @@ RADIUS_LEAST_PX = const(6)
 RADIUS_MOST_PX = const(72)
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
-_FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more is followed by others,
+_DEVIATION_FIRST_Q10 = const(1300)  # of the rings after the first pass; of tilted markers up to 1100
+_DEVIATION_Q10 = const(480)  # after the first passes
+_FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/64, is followed by others,
 _COARSE_PASSES = const(3)  # at most that many
 _SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeated
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
@@ -322,7 +324,7 @@ class Detector:
             scale.edges.measure_threshold(frame)
         edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
         self._count_edges(scale, edges)
-        if not self._candidate(frame, scale, edges, x_q8, y_q8, FLAG_TRACKED):
+        if not self._candidate(frame, scale, edges, x_q8, y_q8, FLAG_TRACKED, True):
             # the prediction was not good enough for a start: vote in the window
             centres = scale.votes.find(self._edges, edges, self.width, left, right, top, bottom)
             self.counts.votes += scale.votes.votes
@@ -335,17 +337,19 @@ class Detector:
 
     def _examine_all(self, frame, scale, edges, centres, flags):
         """Examines the candidate centres of one scale, best first, and reports the markers among them."""
-        for index in range(centres):
-            x_q8 = self._centres[3 * index + 1] - 32768
-            y_q8 = self._centres[3 * index + 2] - 32768
-            if self._count < MARKERS and not self._taken(x_q8, y_q8):
-                self._candidate(frame, scale, edges, x_q8, y_q8, flags)
+        found = self._centres
+        for index in range(0, 3 * centres, 3):
+            x_q8 = found[index + 1] - 32768
+            y_q8 = found[index + 2] - 32768
+            if self._count < MARKERS and not (self._count and self._taken(x_q8, y_q8)):
+                promising = found[index] >= scale.votes.least_score
+                self._candidate(frame, scale, edges, x_q8, y_q8, flags, promising)
 
-    def _candidate(self, frame, scale, edges, x_q8, y_q8, flags):
+    def _candidate(self, frame, scale, edges, x_q8, y_q8, flags, promising):
         """Examines one candidate centre and reports it when it is a marker; returns whether it is."""
         counts = self.counts
         counts.candidates += 1
-        verdict = self._examine(frame, scale, edges, x_q8, y_q8)
+        verdict = self._examine(frame, scale, edges, x_q8, y_q8) if promising else verdicts.NO_RADIUS
         if verdict <= verdicts.ID_UNCERTAIN and self.second is not None and self.rings.radius_q8 < _TINY_Q8:
             verdict = verdicts.POOR_RINGS
         counts.verdicts[verdict] += 1
@@ -404,12 +408,16 @@ class Detector:
             return verdicts.NO_RADIUS
         if not rings.refine(frame, 6, 3, 192):
             return verdicts.NO_FIT
+        if not judge.first_look(rings, _DEVIATION_FIRST_Q10):
+            return verdicts.POOR_RINGS
         more = _COARSE_PASSES
-        while rings.moved_q10 > _FAR_OFF_Q10 or (more == _COARSE_PASSES and rings.radius_q8 < _SMALL_Q8):
+        while rings.moved_q10 > max(_FAR_OFF_Q10, rings.radius_q8 >> 4) or (
+            more == _COARSE_PASSES and rings.radius_q8 < _SMALL_Q8
+        ):
             if not more or not rings.refine(frame, 12, 3, 192):
                 return verdicts.NO_FIT
             more -= 1
-        if not judge.first_look(rings):
+        if not judge.first_look(rings, _DEVIATION_Q10):
             return verdicts.POOR_RINGS
         rivals = lines.find_orientation(frame, rings)
         if rivals != 1:

@@ -16,7 +16,7 @@ DIRECTIONS = 48
 _THRESHOLD_FLOOR = const(3)  # grey levels over 2 * reach px
 _MEDIAN_Q4 = const(40)  # threshold = 2.5 medians of the gradient,
 _SHARE_MIN = const(60)  # but at least that many 1024ths of the pixels pass
-_SHARE_MAX = const(180)  # and at most that many
+_SHARE_MAX = const(110)  # and at most that many
 
 
 def offset_px(length_q8, direction):

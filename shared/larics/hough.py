@@ -17,6 +17,7 @@ from larics.kernels import votes as kernels
 
 _CHUNK = const(512)  # cells that are cleared at once
 LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands of frames had 15
+_LEAST_SCORE = const(180)  # the weakest true centre had 194, half of all others have less
 CENTRES = const(6)
 WINDOWS = const(96)
 _SMALL_Q8 = const(3072)  # rings below this show fewer directions,
@@ -90,6 +91,7 @@ class CentreVotes:
     inner_q10                     ratio of the rings * 1024
     half_line_q8                  half the line's width, 1/256 px
     step                          px between cells, also between the edges' grid points
+    least_score                   centres below that are not worth examining
     buffers                       VoteBuffers; its `centres` receive the result
     """
 
@@ -98,7 +100,9 @@ class CentreVotes:
         self.step = step
         self.votes = 0
         self._buffers = buffers
-        self._least = LEAST_DIRECTIONS - (_FEWER if radius_max_q8 < _SMALL_Q8 else 0)
+        small = radius_max_q8 < _SMALL_Q8
+        self._least = LEAST_DIRECTIONS - (_FEWER if small else 0)
+        self.least_score = 0 if small else _LEAST_SCORE
         runs = []
         longest = [0, 0]
         for direction in range(DIRECTIONS):

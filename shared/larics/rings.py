@@ -21,8 +21,10 @@ SECTORS = const(16)
 SKIP_OUTER = const(1)
 SKIP_INNER = const(2)
 
-_SUPPORT_OUTER = const(5)  # edges that must agree on the coarse outer and inner radius
-_SUPPORT_INNER = const(3)
+_SUPPORT_OUTER = const(7)  # edges that must agree on the coarse outer and inner radius
+_SUPPORT_INNER = const(4)
+_SUPPORT_LESS = const(2)  # by so many less, and one, where
+_SMALL_Q8 = const(3072)  # the range of radii ends below
 _DISTANCES = const(800)  # edges that may point to one candidate
 _COARSE_ROUNDS = const(2)
 _SECTOR_FLOOR_Q10 = const(96)  # a sector this close to the harmonics is never an outlier
@@ -90,7 +92,8 @@ class RingFit:
             self.bins, 0, 0, radius_min_q8 >> 7, radius_max_q8 >> 7, (reach_q4 >> 3) + 3, self.inner_q10,
             self.distances, distances, AXES, _COARSE_ROUNDS, result,
         )  # fmt: skip
-        if result[3] < _SUPPORT_OUTER or result[4] < _SUPPORT_INNER:
+        less = _SUPPORT_LESS if radius_max_q8 < _SMALL_Q8 else 0
+        if result[3] < _SUPPORT_OUTER - less or result[4] < _SUPPORT_INNER - (less >> 1):
             return False
         self.start((x_q4 + result[1]) << 6, (y_q4 + result[2]) << 6, result[0] << 4)
         return True

@@ -55,9 +55,10 @@ class Judge:
         self.margin = kernels.weakest_rule(self._rules, 0, self.margin, count)
         return self.margin >= _MARGIN_LEAST
 
-    def first_look(self, rings):
-        """Whether the rings are worth another look after their first passes."""
-        return kernels.rings_plausible(rings.fit, 0, 0, rings.outer, rings.inner)
+    def first_look(self, rings, deviation_q10):
+        """Whether the rings are worth another look after their first passes, which left that deviation at
+        most."""
+        return kernels.rings_plausible(rings.fit, 0, 0, rings.outer, rings.inner, deviation_q10)
 
     def rings(self, rings, radius_min_q8, radius_max_q8):
         """The verdict on the fitted rings alone; begins a new candidate."""

@@ -37,7 +37,7 @@ def _poses(random):
 
 def rings_plausible(random):
     for pose, outer, inner in _poses(random):
-        yield pose, 0, 0, outer, inner
+        yield pose, 0, 0, outer, inner, 480
 
 
 def rings_rules(random):

@@ -30,6 +30,7 @@ _LINE_SLOPE = const(5)
 _LINE_SLOPE_MOST = const(9)
 
 _COVERED_LEAST = const(94)  # of 128: sectors of both rings that agree; half hidden rings are look-alikes
+_RATIO_FIRST = const(36)  # of the radii, off the family's, 1/1024; markers showed up to 21 at first
 _END_MOST = const(140)  # 256 = as dark as the line
 _LINE_MOST = const(520)  # areas: 256 = as the rings'
 _GUARD_MOST = const(70)
@@ -58,20 +59,25 @@ def weakest_rule(rules: ptr32, i: int, margin: int, count: int) -> int:
 
 
 @micropython.viper
-def rings_plausible(fit: ptr32, weaker: int, stronger: int, outer: ptr32, inner: ptr32) -> int:
-    """Whether rings are worth another look after their first passes: 1 or 0. Arguments as `rings_rules`."""
+def rings_plausible(
+    fit: ptr32, weaker: int, stronger: int, outer: ptr32, inner: ptr32, deviation: int
+) -> int:
+    """Whether rings are worth another look after their first passes: 1 or 0.
+
+    deviation: of both rings together, above the share that grows with the radius, at which they are not; the
+    other arguments as in `rings_rules`."""
     weaker = int(outer[_MEAN_AREA])
     stronger = int(inner[_MEAN_AREA])
     if stronger < weaker:
         weaker = stronger
         stronger = int(outer[_MEAN_AREA])
-    if weaker + weaker <= stronger:
+    if weaker * 5 <= stronger * 3:
         return 0
     radius = int(fit[_RADIUS_Q8])
     off = (int(fit[_INNER_Q8]) << 10) // radius - int(fit[_INNER_Q10])
-    if off >= 60 or off <= 0 - 60:
+    if off >= _RATIO_FIRST or off <= 0 - _RATIO_FIRST:
         return 0
-    if int(outer[_DEVIATION]) + int(inner[_DEVIATION]) >= (radius >> 5) + 480:
+    if int(outer[_DEVIATION]) + int(inner[_DEVIATION]) >= (radius >> 5) + deviation:
         return 0
     return 1
 
