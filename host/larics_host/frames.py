@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from larics_host import openmv_stream, stills
-from larics_host.errors import UserError
+from larics_host.errors import UserError, report
+from larics_host.wording import counted
 
 STILL_EXTENSIONS = (".pgm", ".png", ".jpg", ".jpeg")
 STREAM_EXTENSIONS = (".bin",)
@@ -52,6 +53,7 @@ def list_sources(path):
 
 
 def _read_video(path):
+    """Yields the frames; one line on standard error when there are fewer than the file should hold."""
     # ffmpeg would write its own lines to stderr; read once, when the first video is opened
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
@@ -61,16 +63,24 @@ def _read_video(path):
     try:
         if not video.isOpened():
             raise UserError("not a video that can be read")
-        count = 0
+        count = last_ms = 0
         while True:
             good, image = video.read()
             if not good:
                 break
             count += 1
+            last_ms = video.get(cv2.CAP_PROP_POS_MSEC)
             image = np.asarray(image)
             yield image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         if not count:
             raise UserError("the video holds no frame that can be read")
+        # some files tell their length in time only: with a varying rate, the number is no more than a guess
+        expected = int(video.get(cv2.CAP_PROP_FRAME_COUNT))
+        in_time = round(last_ms * video.get(cv2.CAP_PROP_FPS) / 1000) + 1
+        if max(count, in_time) < expected:
+            report(
+                "%s: the video ends early: expected %s, read %d" % (path, counted(expected, "frame"), count)
+            )
     finally:
         video.release()
 
@@ -88,7 +98,7 @@ def read_source(path):
             file.seek(0)
             if not head:
                 raise UserError("empty file")
-            if stills.is_still(head):
+            if stills.is_still(head) and path.suffix.lower() != ".mjpeg":  # JPEGs one after the other
                 if path.stat().st_size > MAX_STILL_BYTES:
                     raise UserError("too large for an image")
                 yield str(path), stills.decode_still(file.read())

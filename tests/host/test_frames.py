@@ -111,17 +111,38 @@ def test_a_folder_in_natural_order_without_what_is_no_frame(tmp_path):
     assert [os.path.basename(name) for name, _ in open_frames([tmp_path])] == ["f1.pgm", "f2.pgm", "f10.pgm"]
 
 
-def test_video(tmp_path):
-    path = tmp_path / "clip.avi"
+def clip(path, levels):
     video = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 10, (64, 48))
     assert video.isOpened()
-    for level in (40, 120, 200):
+    for level in levels:
         video.write(np.full((48, 64, 3), level, np.uint8))
     video.release()
+    return path
+
+
+def test_video(tmp_path, capfd):
+    path = clip(tmp_path / "clip.avi", (40, 120, 200))
     frames = list(open_frames([path]))
     assert [name for name, _ in frames] == ["%s#%d" % (path, index) for index in range(3)]
     assert [round(float(frame.mean()), -1) for _, frame in frames] == [40, 120, 200]
     assert all(frame.shape == (48, 64) for _, frame in frames)
+    assert capfd.readouterr().err == ""
+
+
+def test_motion_jpeg_without_a_container(tmp_path, capfd):
+    data = b"".join(encoded(".jpg", np.full((48, 64), level, np.uint8)) for level in (40, 120, 200))
+    frames = read(write(tmp_path / "clip.mjpeg", data))
+    assert [round(float(frame.mean()), -1) for frame in frames] == [40, 120, 200]
+    assert capfd.readouterr().err == ""
+
+
+def test_a_video_cut_short_gives_the_frames_it_has_and_says_so(tmp_path, capfd):
+    data = clip(tmp_path / "clip.avi", [100] * 200).read_bytes()
+    path = write(tmp_path / "cut.avi", data[: len(data) * 7 // 10])
+    count = len(read(path))
+    assert 50 < count < 150
+    line = "larics: %s: the video ends early: expected 200 frames, read %d\n" % (path, count)
+    assert capfd.readouterr().err.endswith(line)
 
 
 def test_openmv_stream_of_grey_frames(tmp_path):
