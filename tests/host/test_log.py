@@ -174,7 +174,7 @@ def test_seconds_end_it(tmp_path, capsys):
             ["log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--seconds", "0.5", "--quiet"]
         )
         assert code == 0 and 0.4 < time.monotonic() - start_s < 5
-    assert "1 messages received" in capsys.readouterr().out
+    assert "1 message received" in capsys.readouterr().out
 
 
 def test_live_view_shows_measures_and_health():

@@ -11,6 +11,7 @@ import numpy as np
 
 from larics_host.calibration.model import CameraModel
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 SCALE = ("focal_px",)
 LENS = ("focal_px", "tilt_forward_deg", "tilt_left_deg", "k1")
@@ -53,8 +54,8 @@ def fit(observations, model, free, height_mm, outer_mm):
 
     seen = observations
     if len(seen.x_px) < max(_LEAST, 2 * len(free)):
-        text = "%d markers were seen, too few for %d unknowns: take more frames, with the marker everywhere"
-        raise UserError(text % (len(seen.x_px), len(free)))
+        text = "%s seen, too few for %s: take more frames, with the marker everywhere"
+        raise UserError(text % (counted(len(seen.x_px), "marker"), counted(len(free), "unknown")))
     start = model.focal_px
     if "focal_px" in free:  # begin near the answer: the model in use may be none at all
         start = float(np.median(seen.radius_px)) * height_mm / outer_mm

@@ -8,6 +8,7 @@ import numpy as np
 from larics_host import batch
 from larics_host.errors import UserError
 from larics_host.progress import watched
+from larics_host.wording import counted
 
 _UNWANTED = {"border", "id_uncertain", "unconfirmed"}
 
@@ -54,7 +55,9 @@ def observe(paths, options, jobs=None):
         frames += 1
     name = ", ".join(map(str, paths))
     if not rows:
-        raise UserError("no marker with a certain ID in %s (%d frames): try --radius-px" % (name, frames))
+        raise UserError(
+            "no marker with a certain ID in %s (%s): try --radius-px" % (name, counted(frames, "frame"))
+        )
     if len(sizes) > 1:
         raise UserError("the frames of %s differ in size: a calibration is for one size" % name)
     columns = [np.array(column) for column in zip(*rows, strict=True)]

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 _OUTLIER_MM = 1.0
 _NOISE_LEAST_MM = 0.1
@@ -87,8 +88,8 @@ def fit_turn(observations, model, height_mm):
     span = _span(headings)
     if len(headings) < _LEAST or span < _SPAN_LEAST_DEG:
         raise UserError(
-            "%d frames over %.0f degrees do not determine the rotation centre: turn the vehicle once round "
-            "under a marker, at least %d frames" % (len(headings), span, _LEAST)
+            "a turn of %.0f degrees in %s does not determine the rotation centre: turn the vehicle once "
+            "round under a marker, at least %d frames" % (span, counted(len(headings), "frame"), _LEAST)
         )
 
     def residuals(values):
@@ -124,8 +125,8 @@ def mount_by_drive(observations, model, height_mm, centre_mm):
     mean_deg = math.degrees(math.atan2(*np.mean(rotated((1.0, 0.0), headings), axis=0)[::-1]))
     turned = float(np.ptp((headings - mean_deg + 180) % 360 - 180))
     if length < _PATH_LEAST_MM or len(path) < 3:
-        text = "a drive of %.0f mm in %d frames does not determine the mounting angle: drive %.0f mm and more"
-        raise UserError(text % (length, len(path), _PATH_LEAST_MM))
+        text = "a drive of %.0f mm in %s does not determine the mounting angle: drive %.0f mm and more"
+        raise UserError(text % (length, counted(len(path), "frame"), _PATH_LEAST_MM))
     if turned > _TURN_LIMIT_DEG or float(np.abs(across).max()) > _BEND_LIMIT_MM:
         text = "the drive was not straight: it turned by %.1f degrees and left the line by %.1f mm"
         raise UserError(text % (turned, float(np.abs(across).max())))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from larics_host import camera_settings, detection_options, files
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 NAME = "calibrate"
 HELP = "find focal length, lens, tilt, mounting angle and rotation centre from frames of markers"
@@ -133,7 +134,8 @@ class _Calibration:
             self.model = model_of(self.settings, seen.width, seen.height)
         if (seen.width, seen.height) != (self.model.width, self.model.height):
             raise UserError("the recordings differ in frame size: a calibration is for one size")
-        print("%s: %d frames, %d markers" % (", ".join(paths), seen.frames, len(seen.x_px)))
+        counts = counted(seen.frames, "frame"), counted(len(seen.x_px), "marker")
+        print("%s: %s, %s" % (", ".join(paths), *counts))
         return seen
 
     def _keep(self):

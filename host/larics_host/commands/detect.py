@@ -8,6 +8,7 @@ from pathlib import Path
 
 from larics_host import detection_options
 from larics_host.errors import UserError, report
+from larics_host.wording import counted
 
 NAME = "detect"
 HELP = "find markers in images, folders, videos and OpenMV streams"
@@ -106,7 +107,7 @@ class _Errors:
 
 
 def _summary(frames, with_marker, ids, skipped, times_ms):
-    parts = ["%d frames" % frames if frames != 1 else "1 frame", "%d with a marker" % with_marker]
+    parts = [counted(frames, "frame"), "%d with a marker" % with_marker]
     if ids:
         order = sorted(ids, key=lambda marker_id: (marker_id is None, marker_id))
         counts = ["ID %s: %d" % ("?" if key is None else key, ids[key]) for key in order]

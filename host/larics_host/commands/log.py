@@ -4,6 +4,7 @@ import contextlib
 import time
 
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 NAME = "log"
 HELP = "record what the camera sends as CSV, JSON lines and MCAP, with a live table"
@@ -100,7 +101,8 @@ def _conclude(source, receiver, recorder, lost):
 
     received, missing, damaged = reception(receiver.counters)
     files = ", ".join(recorder.files)
-    summary = "%d messages received, %d lost, %d damaged; written to %s" % (received, missing, damaged, files)
+    counts = counted(received, "message"), missing, damaged
+    summary = "%s received, %d lost, %d damaged; written to %s" % (*counts, files)
     if lost:
         raise UserError("%s; %s" % (lost, summary))
     if not received:

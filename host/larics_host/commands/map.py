@@ -2,6 +2,7 @@
 
 from larics_host import camera_settings, files
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 NAME = "map"
 HELP = "make, check, draw and build maps of markers"
@@ -123,7 +124,7 @@ def _create(args):
     if not hall.markers:
         raise UserError("a map needs markers: give --marker, --csv or --settings")
     mapfile.write_map(args.map, hall)
-    print("%d markers written to %s" % (len(hall.markers), args.map))
+    print("%s written to %s" % (counted(len(hall.markers), "marker"), args.map))
     return _tell(problems(hall, float("inf")))
 
 
@@ -146,9 +147,8 @@ def _check(args):
         settings = camera_settings.checked({k: v for k, v in known.items() if k not in ("map", "route")})
     found = problems(hall, args.reach_mm, _distances(args), settings)
     if not found:
-        print(
-            "%s: %d markers, route of %d steps: no problem" % (args.map, len(hall.markers), len(hall.route))
-        )
+        counts = counted(len(hall.markers), "marker"), counted(len(hall.route), "step")
+        print("%s: %s, route of %s: no problem" % (args.map, *counts))
     return _tell(found)
 
 
@@ -193,12 +193,13 @@ def _build(args):
         height = float(np.median(place.heights_mm)) if args.heights else None
         hall.markers.append(mapfile.Marker(place.id, *map(float, pose), height))
         print(
-            "marker %3d: x %9.1f y %9.1f mm, heading %6.2f deg, +- %.1f mm, %d readings"
-            % (place.id, *pose, built.sigmas_mm[number], place.seen)
+            "marker %3d: x %9.1f y %9.1f mm, heading %6.2f deg, +- %.1f mm, %s"
+            % (place.id, *pose, built.sigmas_mm[number], counted(place.seen, "reading"))
         )
     mapfile.write_map(args.output, hall)
-    print("%d links, rms %.2f mm; %d readings refused" % (len(links.links), built.link_rms_mm, links.refused))
-    print("%d markers written to %s" % (len(hall.markers), args.output))
+    counts = counted(len(links.links), "link"), built.link_rms_mm, counted(links.refused, "reading")
+    print("%s, rms %.2f mm; %s refused" % counts)
+    print("%s written to %s" % (counted(len(hall.markers), "marker"), args.output))
     if args.png:
         from larics_host.mapping.draw import draw_map
 
@@ -215,15 +216,16 @@ def _build(args):
 
 
 def _names(links, group):
-    return ", ".join("%d (%d readings)" % (links.places[k].id, links.places[k].seen) for k in group)
+    places = [links.places[k] for k in group]
+    return ", ".join("%d (%s)" % (place.id, counted(place.seen, "reading")) for place in places)
 
 
 def _number(links, marker_id, among=None):
     """The number of the only place with this ID."""
     found = [p.number for p in links.places if p.id == marker_id and (among is None or p.number in among)]
     if len(found) != 1:
-        count = "no place" if not found else "%d places" % len(found)
-        raise UserError("marker %d: %s in the logs has this ID, one is needed" % (marker_id, count))
+        count = counted(len(found), "place") if found else "no place"
+        raise UserError("marker %d: %s in the logs with this ID, one is needed" % (marker_id, count))
     return found[0]
 
 

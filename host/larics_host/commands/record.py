@@ -4,6 +4,7 @@ import shutil
 import time
 
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 NAME = "record"
 HELP = "raw frames from a camera or an ImageIO stream, in a folder with the messages beside them"
@@ -59,7 +60,7 @@ def _from_stream(args):
             break
         write_frame(folder / frame_name(count), frame)
         count += 1
-    print("%d frames in %s" % (count, folder))
+    print("%s in %s" % (counted(count, "frame"), folder))
     return 0
 
 
@@ -108,5 +109,5 @@ def _from_camera(args):
             pass  # what was fetched so far is complete
         finally:
             recorder.close()
-    print("%d frames, %s and %s.jsonl in %s" % (count, SETTINGS, MESSAGES, folder))
+    print("%s, %s and %s.jsonl in %s" % (counted(count, "frame"), SETTINGS, MESSAGES, folder))
     return 0

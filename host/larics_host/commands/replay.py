@@ -4,6 +4,7 @@ import sys
 import time
 
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 NAME = "replay"
 HELP = "send a recorded log once more: to a pseudo-terminal, a serial port or standard output"
@@ -112,6 +113,7 @@ def run(args):
             size += len(piece.data)
         done += 1
     target.end()
-    line = "%d messages, %d bytes in %.1f s" % (count, size, time.monotonic() - start_s)
+    elapsed_s = time.monotonic() - start_s
+    line = "%s, %s in %.1f s" % (counted(count, "message"), counted(size, "byte"), elapsed_s)
     print(line, file=sys.stderr if args.stdout else sys.stdout)
     return 0

@@ -4,6 +4,7 @@ import json
 import sys
 
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 NAME = "settings"
 HELP = "show, change, save and compare the settings of a camera"
@@ -54,7 +55,7 @@ def run(args):
     # what can be wrong without the camera is told before it is asked
     file = tools.read_file(args.file) if args.action in ("restore", "check") else None
     if args.action == "check":
-        print("%s: %d settings, all allowed" % (args.file, len(file)))
+        print("%s: %s, all allowed" % (args.file, counted(len(file), "setting")))
         return 0
     if args.action == "diff" and args.file:
         file = tools.read_file(args.file)
@@ -142,7 +143,7 @@ def _diff(args, client, file):
     where = args.file or "default"
     for name, expected, value in found:
         print("%s: camera %s, %s %s" % (name, json.dumps(value), where, json.dumps(expected)))
-    print("%d settings differ" % len(found) if found else "no difference")
+    print("different: %s" % counted(len(found), "setting") if found else "no difference")
     return 1 if found else 0
 
 

@@ -7,6 +7,7 @@ from larics_host.errors import UserError
 from larics_host.frame_folder import make_folder, write_frame
 from larics_host.progress import watched
 from larics_host.truth import TruthWriter
+from larics_host.wording import counted
 
 NAME = "simulate"
 HELP = "render frames of a ceiling with markers, with the truth about each"
@@ -199,5 +200,6 @@ def run(args):
             write_frame(folder / truths[0].frame, frame)
             truth_file.write(truths)
             seen += sum(truth.id is not None for truth in truths)
-    print("%d frames with %d markers, truth.csv and scene.json in %s" % (count, seen, folder))
+    counts = counted(count, "frame"), counted(seen, "marker")
+    print("%s with %s, truth.csv and scene.json in %s" % (*counts, folder))
     return 0

@@ -7,6 +7,7 @@ from pathlib import Path
 from larics_host import detection_options, detectors
 from larics_host.errors import UserError
 from larics_host.files import write_file
+from larics_host.wording import counted
 
 NAME = "validate"
 HELP = "hold detections against the truth: rates, errors, confusion, worst frames"
@@ -169,7 +170,7 @@ def _write_report(args, outcomes, judged, comparison, board, truths):
     from larics_host.validation.report import write_report
 
     frames = outcomes[0].tally.frames if outcomes else board["frames"]
-    note = "%d frames of %s, larics %s" % (frames, args.folder, __version__)
+    note = "%s of %s, larics %s" % (counted(frames, "frame"), args.folder, __version__)
     pictures = _pictures(args, outcomes[0], truths) if outcomes else ()
     write_report(args.report, "Validation", note, outcomes, judged, comparison, board, pictures)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from larics_host.errors import UserError
+from larics_host.wording import counted
 
 METHODS = ("larics", "paper")
 INTERPRETERS = ("micropython", "cpython")
@@ -94,8 +95,13 @@ def _without_nan(value):
 def _tell(result, folder):
     wire = result.methods["wire"]
     print(
-        "%d frames, %d of %d whole markers with the right ID, %d wrong"
-        % (wire.frames, wire.right, wire.markers, wire.other + wire.cut_wrong)
+        "%s, %d of %s with the right ID, %d wrong"
+        % (
+            counted(wire.frames, "frame"),
+            wire.right,
+            counted(wire.markers, "whole marker"),
+            wire.other + wire.cut_wrong,
+        )
     )
     for name, values, unit in (
         ("pose", result.tracking_mm, "mm"),
@@ -108,6 +114,12 @@ def _tell(result, folder):
         else:
             print("%-8s none" % name)
     print(
-        "%d markers left, %d of %d laps, %.1f m; path.png, strip.png, frames.csv and score.json in %s"
-        % (result.visits, result.laps_completed, result.laps_begun, result.way_m, folder)
+        "%s left, %d of %s, %.1f m; path.png, strip.png, frames.csv and score.json in %s"
+        % (
+            counted(result.visits, "marker"),
+            result.laps_completed,
+            counted(result.laps_begun, "lap"),
+            result.way_m,
+            folder,
+        )
     )

@@ -8,6 +8,7 @@ from rich.text import Text
 
 from larics_host.live import fault_text, reception
 from larics_host.monitor.drawing import draw_view
+from larics_host.wording import counted
 
 _COLOURS = {
     "TRACKING": "bold white on green",
@@ -92,7 +93,8 @@ def _health_rows(state):
         text = fault_text(status["active_faults"], status["last_fault"])
         yield "faults", Text("%d (%s)" % (status["faults"], text), style="red" if state.faults() else "")
     if state.counters:
-        yield "received", "%d messages, %d lost, %d damaged" % reception(state.counters)
+        received, lost, damaged = reception(state.counters)
+        yield "received", "%s, %d lost, %d damaged" % (counted(received, "message"), lost, damaged)
 
 
 def render(state, ended=None):

@@ -17,6 +17,7 @@ from larics_host.progress import watched
 from larics_host.receiver import readable
 from larics_host.recording import read_records
 from larics_host.validation.sources import base_name
+from larics_host.wording import counted
 
 _NAMES = [field[0] for field in protocol.fields(m.MARKER)]
 COMPARED = [name for name in _NAMES if name not in ("frame", "age_us")]
@@ -102,7 +103,8 @@ def compare_messages(folder, log, settings):
         "equal": equal,
         "unreported": unreported,
         "differences": differences,
-        "summary": "%d of %d frames reported alike; %d not in the log" % (equal, compared, len(unreported)),
+        "summary": "%d of %s reported alike; %d not in the log"
+        % (equal, counted(compared, "frame"), len(unreported)),
     }
 
 
