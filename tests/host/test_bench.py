@@ -224,7 +224,7 @@ def test_the_second_opinion_costs_what_it_adds_where_it_was_asked():
         "search, blur 8, second opinion off": cost([1.0, 1.5, 2.0], [False] * 3, 4000),
     }
     added = targets.second_opinion(costs)["search, blur 8"]
-    assert (added["asked"], added["mean"], added["max"]) == (2, 6.5, 8.0)
+    assert (added["asked"], added["median"], added["max"]) == (2, 6.5, 8.0)
     assert added["memory"] == (4000, 5000)
     (row,) = targets.targets({"micropython": {"given": costs}})
     assert (row.label, row.frames, row.verdict()) == ("second opinion, blur 8: most, Minsn", 2, "reached")

@@ -92,9 +92,9 @@ def _costs(added):
     unit = {"Minsn": "million instructions", "ms": "ms"}[next(iter(added.values()))["unit"]]
     rows = []
     for job, row in added.items():
-        cost = ("-", "-") if row["mean"] is None else ("%.1f" % row["mean"], "%.1f" % row["max"])
+        cost = ("%.1f" % row["median"], "%.1f" % row["max"]) if row["asked"] else ("-", "-")
         asked = "%d of %d" % (row["asked"], row["frames"])
         memory = " / ".join("%.1f" % (size / 1024) for size in row["memory"])
         rows.append((job, asked, *cost, "%d / %d" % row["found"], memory))
-    head = ("frames", "asked in", "mean, " + unit, "most", "found off / on", "memory off / on, KiB")
+    head = ("frames", "asked in", "median, " + unit, "most", "found off / on", "memory off / on, KiB")
     return _table(head, rows)

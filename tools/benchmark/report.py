@@ -140,11 +140,11 @@ def _second_opinion(added):
     """targets.second_opinion() as lines of a table."""
     width = max(len(job) for job in added) + 2
     title = "second opinion adds, where asked"
-    yield title.ljust(width) + "unit   frames  asked     mean      max   found off, on     memory off, on"
+    yield title.ljust(width) + "unit   frames  asked   median      max   found off, on     memory off, on"
     for job, row in added.items():
         yield "%-*s%-6s%7d%7d%9s%9s%16s%19s" % (
             *(width, job, row["unit"], row["frames"], row["asked"]),
-            *(_number(row["mean"], "%.3f"), _number(row["max"], "%.3f")),
+            *(_number(row["median"], "%.3f"), _number(row["max"], "%.3f")),
             *("%d, %d" % row["found"], "%d, %d" % row["memory"]),
         )
 

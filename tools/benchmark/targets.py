@@ -1,5 +1,6 @@
 """What our method is to reach, and whether a run's results do."""
 
+from statistics import median
 from typing import NamedTuple
 
 from . import evaluate, plan
@@ -106,7 +107,7 @@ def _costs(results):
 def second_opinion(costs):
     """What it adds to the frames in which it was asked, by job that was measured with and without.
 
-    {job: unit, frames, asked (of these), mean and max of the difference, found and memory as (off, on)}."""
+    {job: unit, frames, asked (of these), median and max of the difference, found and memory as (off, on)}."""
     added = {}
     for job, on in costs.items():
         off = costs.get(job + plan.WITHOUT)
@@ -117,7 +118,7 @@ def second_opinion(costs):
             "unit": on["unit"],
             "frames": on["frames"],
             "asked": len(more),
-            "mean": sum(more) / len(more) if more else None,
+            "median": median(more) if more else None,
             "max": max(more, default=None),
             "found": (off["found"], on["found"]),
             "memory": (off["memory"], on["memory"]),
