@@ -15,7 +15,7 @@ except ImportError:
     from larics._cpython import const
 
 from larics import tables
-from larics.fixed import cos_q14, table16
+from larics.fixed import COSINE, table16
 from larics.kernels import blur as kernels
 
 RELS = const(17)  # angles from the motion, 1/32 of half a turn
@@ -30,7 +30,7 @@ _FLOOR = const(512)  # of a sector's match, 1/1024: what is covered must not cou
 _MOTION_COST = const(96)  # a motion must explain more than that, 1/1024
 _STILL_SCORE = const(15000)  # with so good a match nothing moves
 _ANY = const(34)  # one of the directions 2, 6, 10, ...
-_FARTHEST_MOTION = const(48)  # motion^2 / sigma^2, where sigma fits the rings without any motion
+_FARTHEST_MOTION = const(96)  # motion^2 / sigma^2, where sigma fits the rings without any motion
 
 # what is tried, 1/256 unit
 SIGMAS = (
@@ -56,77 +56,99 @@ class BlurModel:
         self.bars = array("H", bytes(2 * BAR * (RELS + 1)))
         self.templates = array("H", bytes(2 * 48 * RELS))
         self.sums = array("i", bytes(4 * 8 * RELS))
+        self._folds = array("H", bytes(2 * 10 * _SECTORS))
+        self._powers = array("i", bytes(4 * _SECTORS))
         self._matches = array("H", bytes(2 * _SECTORS * RELS))
-        self._result = array("i", bytes(8))
+        self._result = array("i", bytes(4))
+        self._tried = -1  # whose folded templates are there
         self.sigma = self.motion = self.direction = self.score = 0
         self.still = 1
 
     def memory(self):
         """Bytes of the buffers."""
-        return 2 * (len(self.bars) + len(self.templates) + len(self._matches)) + 4 * len(self.sums) + 8
+        words = len(self.bars) + len(self.templates) + len(self._folds) + len(self._matches)
+        return 2 * words + 4 * (len(self.sums) + len(self._powers) + 1)
 
-    def prepare(self, sigma, motion, first, step, kinds=3):
-        """Bars and templates of the rels first, first + step, ...; of rel 0 alone when nothing moves."""
-        rel = first if motion else 0
-        while rel < RELS:
-            across = MOTIONS[motion] * abs(cos_q14(rel << 10)) >> 14
-            kernels.blurred_bar(_RAMP, 0, 0, self._line, across, SIGMAS[sigma], rel * BAR,
-                BAR if kinds != 1 else _RING_BAR, self.bars)  # fmt: skip
-            if kinds:
-                kernels.ring_template(
-                    self.bars, 0, 0, rel * BAR, self.templates, rel * 48, self.sums, rel << 3, kinds
-                )
-            rel += step if motion else RELS
+    def prepare(self, sigma, motion, first, step, templates=True):
+        """Bars, and templates, of the rels first, first + step, ...; of rel 0 alone when nothing moves."""
+        end = self._put_bars(sigma, motion, first, step, BAR)
+        if templates:
+            kernels.ring_templates(
+                self.bars, 0, 0, first if motion else 0, step, end, self.templates, self.sums
+            )
+        self._tried = -1
+
+    def _put_bars(self, sigma, motion, first, step, count):
+        """The first items of the bars of these rels; returns the rel behind the last."""
+        if not motion:
+            first = 0
+        end = RELS if motion else 1
+        kernels.blurred_bars(
+            _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, end, count,
+            first * BAR, self.bars,
+        )  # fmt: skip
+        return end
 
     def search(self, means, again):
-        """Finds the blur that explains 16 sectors' samples best: `means` as from kernels.polar.mean_samples.
+        """Finds the blur that explains 32 sectors' samples best: `means` as from kernels.polar.mean_samples.
 
         again: begin with what was found before. Leaves the templates of all 32 sectors' rels prepared."""
+        kernels.fold_sectors(means, 0, 0, _SECTORS, self._folds, self._powers)
         self.score = 0
         if again:
-            self._try(means, self.sigma, self.motion, self.direction)
+            self._try(self.sigma, self.motion, self.direction)
         else:
             for sigma in range(0, len(SIGMAS), 4):
-                self._try(means, sigma, 0, 0)
+                self._try(sigma, 0, 0)
             if self.score < _STILL_SCORE:
                 farthest = _FARTHEST_MOTION * SIGMAS[self.sigma] * SIGMAS[self.sigma]
                 for motion in range(1, len(MOTIONS), 2):
                     if MOTIONS[motion] * MOTIONS[motion] > farthest:
                         break
-                    self._try(means, 4, motion, _ANY)
-        self._try_both(means, 2, 0, 0)
-        self._try_both(means, 1, 0, 0)
-        if self.motion:
-            self._try_both(means, 0, 1, 0)
-            self._try_both(means, 0, 0, 2)
+                    self._try(4, motion, _ANY)
+            self._try_motions()
+        self._try_both(2, 0, 0)
+        self._try_both(1, 0, 0)
+        self._try_motions()
         self.still = 0 if self.motion else 1
         self.prepare(self.sigma, self.motion, 1, 2)
 
-    def _try_both(self, means, sigma, motion, direction):
+    def _try_motions(self):
+        """Tries shorter, longer and otherwise directed motions, if there is one."""
+        if self.motion:
+            self._try_both(0, 1, 0)
+            self._try_both(0, 0, 2)
+
+    def _try_both(self, sigma, motion, direction):
         """Tries what differs by these steps from the best so far, to both sides."""
         sigma_before = self.sigma
         motion_before = self.motion
         direction_before = self.direction
-        self._try(means, sigma_before - sigma, motion_before - motion, direction_before - direction & 31)
-        self._try(means, sigma_before + sigma, motion_before + motion, direction_before + direction & 31)
+        self._try(sigma_before - sigma, motion_before - motion, direction_before - direction & 31)
+        self._try(sigma_before + sigma, motion_before + motion, direction_before + direction & 31)
 
-    def _try(self, means, sigma, motion, direction):
+    def _try(self, sigma, motion, direction):
         """Tries a blur, in one even direction or in _ANY, and keeps it when it is better."""
         if not (0 <= sigma < len(SIGMAS) and 0 <= motion < len(MOTIONS)):
             return
-        self.prepare(sigma, motion, 2 - direction & 3, 4, 1)
+        first = 2 - direction & 3 if motion else 0
+        tried = (sigma << 4 | motion) << 2 | first
+        if tried != self._tried:
+            self._tried = tried
+            end = self._put_bars(sigma, motion, first, 4, _RING_BAR)
+            kernels.fold_templates(self.bars, 0, 0, first, 4, end, self.templates, self.sums)
         if direction == _ANY:
             kernels.match_sectors(
-                means, 0, 0, _SECTORS, self.templates, self.sums, 4, RELS, self._matches
-            )
-            score = kernels.best_direction(
-                self._matches, 0, 0, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result
-            )
+                self._folds, 0, 0, self.templates, _SECTORS, self._powers, self.sums, 0, 4, RELS,
+                self._matches,
+            )  # fmt: skip
+            score = kernels.best_direction(self._matches, 0, 0, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result)
             direction = self._result[0]
         else:
             score = kernels.match_direction(
-                means, 0, 0, _SECTORS, 4, 2, self.templates, self.sums, direction, 0 if motion else 1, _FLOOR
-            )
+                self._folds, 0, 0, self.templates, _SECTORS, self._powers, self.sums, 4, 2, direction,
+                0 if motion else 1, _FLOOR,
+            )  # fmt: skip
         if motion:
             score -= _MOTION_COST
         if score > self.score:
@@ -148,12 +170,12 @@ class BlurModel:
 
     def reach(self):
         """How far from its middle a line is dark at most, 1/256 unit."""
-        return min(5887, ((self._line + MOTIONS[self.motion]) >> 1) + 4 * SIGMAS[self.sigma])
+        return min(5887, ((self._line + MOTIONS[self.motion]) >> 1) + 3 * SIGMAS[self.sigma])
 
     def put_along(self, length, rel):
         """Writes the bar along a line of that length (1/256 unit) at ALONG and returns its entry."""
-        motion = MOTIONS[self.motion] * abs(cos_q14(rel << 10)) >> 14
-        kernels.blurred_bar(
-            _RAMP, 0, 0, length, motion, SIGMAS[self.sigma], ALONG * BAR, BAR, self.bars
-        )
+        kernels.blurred_bars(
+            _RAMP, 0, 0, length, MOTIONS[self.motion], SIGMAS[self.sigma], COSINE, rel, RELS, rel + 1, BAR,
+            ALONG * BAR, self.bars,
+        )  # fmt: skip
         return ALONG * BAR

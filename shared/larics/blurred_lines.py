@@ -71,7 +71,8 @@ class BlurredLines:
     def prepare(self):
         """Makes the orientation line's templates for the blur that has been found."""
         blur = self.blur
-        blur.prepare(blur.sigma, blur.motion, 0, 1, 0)
+        if not blur.still:  # the other rels' bars are there since the search
+            blur.prepare(blur.sigma, blur.motion, 0, 2, False)
         # every other rel: a line's profile changes slowly with its direction
         for rel in range(0, 1 if blur.still else RELS, 2):
             along = blur.put_along(self._orientation_q8, rel)

@@ -138,10 +138,9 @@ class BlurredRings:
                 return False
             if lines is not None:
                 lines.erase(self, DIRECTIONS, _FIRST, _COUNT)
-            elif turn < 2:
-                kernels.mean_samples(self.samples, 0, 0, DIRECTIONS >> 4, 16, _COUNT, self._means)
+            kernels.mean_samples(self.samples, 0, 0, 32, _COUNT, self._means)
+            if lines is None and turn < 2:
                 self.blur.search(self._means, turn)
-            kernels.mean_samples(self.samples, 0, 0, DIRECTIONS >> 5, 32, _COUNT, self._means)
             first = lines is None and turn == 0
             limit = 3072 if first else 2048 if lines is None and turn == 1 else 1536
             if not self._step(limit, _FIRST_MATCH if first else _MATCH, not first):

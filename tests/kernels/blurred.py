@@ -4,7 +4,7 @@ from array import array
 
 from inputs import words
 
-from larics.fixed import table16
+from larics.fixed import COSINE, table16
 from larics.kernels import blur, polar
 from larics.tables import RAMP_Q12
 
@@ -14,11 +14,10 @@ BLURS = ((128, 0), (610, 0), (1332, 3072), (200, 2176))  # sigma, motion
 
 
 def bars_of(sigma, motion):
-    """Bars for 17 rels and the one along a line, all alike."""
+    """Bars for 17 rels and the one along a line."""
     bars = array("H", bytes(2 * 24 * 18))
-    for rel in range(18):
-        width = LINE_Q8 if rel < 17 else 2253
-        blur.blurred_bar(RAMP, 0, 0, width, motion * rel // 17, sigma, rel * 24, 24, bars)
+    blur.blurred_bars(RAMP, 0, 0, LINE_Q8, motion, sigma, COSINE, 0, 1, 17, 24, 0, bars)
+    blur.blurred_bars(RAMP, 0, 0, 2253, motion, sigma, COSINE, 5, 17, 6, 24, 17 * 24, bars)
     return bars
 
 
@@ -26,8 +25,15 @@ def templates_of(bars):
     """Templates and their sums for 17 rels."""
     templates = array("H", bytes(2 * 48 * 17))
     sums = array("i", bytes(4 * 8 * 17))
-    for rel in range(17):
-        blur.ring_template(bars, 0, 0, rel * 24, templates, rel * 48, sums, rel * 8, 3)
+    blur.ring_templates(bars, 0, 0, 0, 1, 17, templates, sums)
+    return templates, sums
+
+
+def folded_of(bars):
+    """The same, folded."""
+    templates = array("H", bytes(2 * 48 * 17))
+    sums = array("i", bytes(4 * 8 * 17))
+    blur.fold_templates(bars, 0, 0, 0, 1, 17, templates, sums)
     return templates, sums
 
 
@@ -50,5 +56,13 @@ def means_of(kind, sectors, random):
     """Means of `sectors` sectors of 2 directions, as polar.mean_samples writes them."""
     samples = grey_samples(kind, sectors * 32, random)
     means = array("H", bytes(2 * (sectors * 17)))
-    polar.mean_samples(samples, 0, 0, 2, sectors, 16, means)
+    polar.mean_samples(samples, 0, 0, sectors, 16, means)
     return means
+
+
+def folds_of(kind, random):
+    """Pairs of 32 sectors folded, and their powers."""
+    folds = array("H", bytes(2 * 160))
+    powers = array("i", bytes(4 * 16))
+    blur.fold_sectors(means_of(kind, 32, random), 0, 0, 16, folds, powers)
+    return folds, powers

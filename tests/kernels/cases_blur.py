@@ -1,27 +1,44 @@
 """Calls of the kernels in larics.kernels.blur."""
 
-from blurred import BLURS, KINDS, LINE_Q8, RAMP, bars_of, means_of, templates_of
+from blurred import BLURS, KINDS, LINE_Q8, RAMP, bars_of, folded_of, folds_of, means_of
 from inputs import ints, words
 
+from larics.fixed import COSINE
 
-def blurred_bar(random):
+
+def blurred_bars(random):
     for width in (1, LINE_Q8, 3277, 16384):
-        for sigma, motion in ((128, 0), (610, 0), (1332, 3072), (200, 2176), (1, 16384), (16384, 1)):
-            yield RAMP, 0, 0, width, motion, sigma, 3, 24, words(30, random)
+        for sigma, motion in ((128, 0), (610, 0), (1332, 3072), (200, 2176), (16, 16384), (4096, 1)):
+            yield RAMP, 0, 0, width, motion, sigma, COSINE, 0, 4, 17, 14, 0, words(24 * 18, random)
+            yield RAMP, 0, 0, width, motion, sigma, COSINE, 9, 17, 10, 24, 17 * 24, words(24 * 18, random)
 
 
-def ring_template(random):
+def ring_templates(random):
     for sigma, motion in BLURS:
-        for kinds in (1, 3):
-            yield bars_of(sigma, motion), 0, 0, 72, words(96, random), 48, ints(16, random), 8, kinds
-    yield words(24, random, 0, 1024), 0, 0, 0, words(48, random), 0, ints(8, random), 0, 3
+        for first, step in ((0, 17), (1, 2)):
+            bars = bars_of(sigma, motion)
+            yield bars, 0, 0, first, step, 17, words(48 * 17, random), ints(8 * 17, random)
+    yield words(24, random, 0, 1024), 0, 0, 0, 1, 1, words(48, random), ints(8, random)
+
+
+def fold_templates(random):
+    for sigma, motion in BLURS:
+        bars = bars_of(sigma, motion)
+        yield bars, 0, 0, 2, 4, 17, words(48 * 17, random), ints(8 * 17, random)
+    yield words(24, random, 0, 1024), 0, 0, 0, 1, 1, words(48, random), ints(8, random)
+
+
+def fold_sectors(random):
+    for kind in KINDS:
+        yield means_of(kind, 32, random), 0, 0, 16, words(160, random), ints(16, random)
 
 
 def match_sectors(random):
     for kind in KINDS:
+        folds, powers = folds_of(kind, random)
         for sigma, motion in BLURS:
-            templates, sums = templates_of(bars_of(sigma, motion))
-            yield means_of(kind, 16, random), 0, 0, 16, templates, sums, 4, 17, words(16 * 17, random)
+            templates, sums = folded_of(bars_of(sigma, motion))
+            yield folds, 0, 0, templates, 16, powers, sums, 0, 4, 17, words(16 * 17, random)
 
 
 def best_direction(random):
@@ -31,14 +48,17 @@ def best_direction(random):
 
 def match_direction(random):
     for kind in KINDS:
+        folds, powers = folds_of(kind, random)
         for sigma, motion in BLURS:
-            templates, sums = templates_of(bars_of(sigma, motion))
-            yield means_of(kind, 16, random), 0, 0, 16, 4, 2, templates, sums, 6, 0 if motion else 1, 512
+            templates, sums = folded_of(bars_of(sigma, motion))
+            yield folds, 0, 0, templates, 16, powers, sums, 4, 2, 6, 0 if motion else 1, 512
 
 
 CASES = {
-    "blurred_bar": blurred_bar,
-    "ring_template": ring_template,
+    "blurred_bars": blurred_bars,
+    "ring_templates": ring_templates,
+    "fold_templates": fold_templates,
+    "fold_sectors": fold_sectors,
     "match_sectors": match_sectors,
     "best_direction": best_direction,
     "match_direction": match_direction,

@@ -25,8 +25,9 @@ def polar_samples(random):
 
 def mean_samples(random):
     for kind in KINDS:
-        for group, sectors in ((2, 32), (4, 16), (8, 8), (1, 64)):
-            yield grey_samples(kind, 64 * 16, random), 0, 0, group, sectors, 16, words(17 * sectors, random)
+        for sectors, count in ((32, 16), (8, 24)):
+            samples = grey_samples(kind, 2 * sectors * count, random)
+            yield samples, 0, 0, sectors, count, words((count + 1) * sectors, random)
 
 
 def sector_radii(random):

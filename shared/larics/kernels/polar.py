@@ -70,36 +70,31 @@ def polar_samples(
 
 
 @micropython.viper
-def mean_samples(
-    samples: ptr16, i: int, total: int, group: int, sectors: int, count: int, means: ptr16
-) -> int:
-    """means[s * count + i] = mean of `group` (1..8) neighbouring directions' samples, with offset removed.
+def mean_samples(samples: ptr16, i: int, slot: int, sectors: int, count: int, means: ptr16) -> int:
+    """means[s * count + i] = mean of the directions 2 s and 2 s + 1, with their offset removed.
 
     The `count` means of a sector are relative to their own mean + 32768; that one follows the last sector's:
     means[sectors * count + s]. Returns the number of sectors."""
     sector = 0
+    i = 0
+    slot = 0
     while sector < sectors:
-        base = sector * group * count
         whole = 0
-        j = 0
-        while j < count:
-            total = 0
-            i = base + j
-            k = 0
-            while k < group:
-                total += int(samples[i])
-                i += count
-                k += 1
-            means[sector * count + j] = total // group
-            whole += total // group
-            j += 1
+        end = slot + count
+        while slot < end:
+            value = (int(samples[i]) + int(samples[i + count])) >> 1
+            means[slot] = value
+            whole += value
+            i += 1
+            slot += 1
+        i += count
         whole = whole // count
         means[sectors * count + sector] = whole
-        i = sector * count
-        j = i + count
-        while i < j:
-            means[i] = int(means[i]) - whole + 32768
-            i += 1
+        whole = 32768 - whole
+        slot -= count
+        while slot < end:
+            means[slot] = int(means[slot]) + whole
+            slot += 1
         sector += 1
     return sectors
 
