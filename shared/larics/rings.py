@@ -14,7 +14,7 @@ except ImportError:
 
 from larics import tables
 from larics.fixed import AXES, LOG_GREY, ROOT
-from larics.kernels import coarse
+from larics.kernels import coarse, harmonics
 from larics.kernels import rings as kernels
 
 SECTORS = const(16)
@@ -41,7 +41,7 @@ class RingFit:
     area                      darkness times width of the rings' line, log units * px: what a line must show
     fit                       the whole pose, items as in kernels.rings: FIT
     outer, inner              harmonics of each ring in the last pass, its deviation, sectors and area
-    outer_means, inner_means  kernels.rings.ring_harmonics: residual and area of each sector
+    outer_means, inner_means  kernels.harmonics.ring_harmonics: residual and area of each sector
     skip                      bytearray(32): SKIP_* bits of the half sectors that a line disturbs;
     skipped_outer, skipped_inner    their numbers
     """
@@ -67,14 +67,14 @@ class RingFit:
         # difference
         square = inner_q10 * inner_q10
         self.fit[kernels.BEYOND_Q8] = ((1 << 20) + square) * 128 // ((1 << 20) - square)
-        self._sectors = array("i", bytes(SECTORS * 16))
+        self._sectors = array("i", bytes(SECTORS * 32))
         self._result = array("i", bytes(20))
         self.skipped_outer = self.skipped_inner = self.moved_q10 = 0
         self.radius_q8 = self.true_x_q10 = self.true_y_q10 = self.area = 0
 
     def memory(self):
         """Bytes of the buffers."""
-        return 4 * (len(self.distances) + len(self.fit)) + len(self.bins) + SECTORS * (8 + 8 + 16 + 2) + 92
+        return 4 * (len(self.distances) + len(self.fit)) + len(self.bins) + SECTORS * (8 + 8 + 32 + 2) + 92
 
     def coarse(self, edges, count, x_q8, y_q8, radius_min_q8, radius_max_q8, half_line_q8):
         """Takes a candidate centre and finds its radius from the edges; False when too few agree."""
@@ -126,13 +126,20 @@ class RingFit:
 
         rounds: of the robust harmonics; limit_q8: largest residual that counts, in 256ths of the window."""
         fit = self.fit
-        if (
-            not kernels.begin_pass(fit, 0, 0, limit_q8, self.width, self.height)
-            or not self._measure(frame, 0, lines, rounds, self.outer_means, self.outer)
-            or not self._measure(frame, 1, lines, rounds, self.inner_means, self.inner)
-        ):
+        outer = self.outer
+        inner = self.inner
+        sectors = self._sectors
+        if not kernels.begin_pass(fit, 0, 0, limit_q8, self.width, self.height):
             return False
-        holds = kernels.end_pass(fit, 0, 0, self.outer, self.inner)
+        self.crossings += kernels.ring_crossings(
+            0, 0, 0, frame, LOG_GREY, self.width, self.height, fit, lines, ROOT, self.skip, sectors
+        )
+        if not harmonics.ring_harmonics(
+            0, 0, 0, sectors, self.outer_means, self.inner_means, tables.HARMONICS_4, rounds,
+            _SECTOR_FLOOR_Q10, outer, inner,
+        ):  # fmt: skip
+            return False
+        holds = harmonics.end_pass(fit, 0, 0, outer, inner)
         self.radius_q8 = fit[kernels.RADIUS_Q8]
         self.true_x_q10 = fit[kernels.TRUE_X_Q10] - kernels.BIAS
         self.true_y_q10 = fit[kernels.TRUE_Y_Q10] - kernels.BIAS
@@ -140,20 +147,9 @@ class RingFit:
         self.area = fit[kernels.AREA]
         return holds
 
-    def _measure(self, frame, ring, lines, rounds, means, harmonics):
-        """One ring's crossings and their harmonics; False when fewer than half of its sectors agree."""
-        sectors = self._sectors
-        self.crossings += kernels.ring_crossings(
-            0, 0, 0, frame, LOG_GREY, self.width, self.height, self.fit, ring, lines, ROOT, self.skip, sectors
-        )
-        used = kernels.ring_harmonics(
-            0, 0, 0, sectors, means, tables.HARMONICS_4, rounds, _SECTOR_FLOOR_Q10, harmonics
-        )
-        return used >= 5 and used * 2 >= harmonics[kernels.INSIDE]
-
     def outer_area_near(self, angle_turn16):
         """The outer ring's area on both sides of a clockwise angle: what a line there must show in this
         light."""
-        beside = kernels.mean_area(self.outer_means, 0, 0, (angle_turn16 >> 12) + 14, 5)
+        beside = harmonics.mean_area(self.outer_means, 0, 0, (angle_turn16 >> 12) + 14, 5)
         area = self.area
         return min(area, max(beside, area >> 1)) if beside else area
