@@ -33,6 +33,8 @@ class BlurredLines:
     angle_turn16     clockwise angle of the orientation line in the plane of the marker, 1/65536 turn
     depth, rival     of the deepest direction and of the deepest one elsewhere, 256 = as deep as the rings
     near, far        depth of the line's inner and outer half
+    residual         mean of what the line leaves of the ink around it, 1024 = as deep as the rings
+    beyond           depth of what goes on beyond the line's end, when that was measured
     amounts          array of 8: depth of the line at each position, less what all empty ones share
     common           what the empty ones share (median)
     noise            between neighbouring directions outside the rings, 1024 = twice as deep as the rings
@@ -52,6 +54,9 @@ class BlurredLines:
         self._code_middle_q8 = units_q8(family.code_end_mm10 + family.code_start_mm10) >> 1
         self._first = _RING + (self._orientation_q8 * 84 >> 16)
         self._count = 8
+        # between the line's end and that of the plate
+        end = units_q8(family.orientation_end_mm10) + 384 >> 8
+        self._beyond = end if (end + 2) << 8 <= units_q8(family.plate_mm10) else 0
         self._templates = array("H", bytes(2 * 15 * (RELS + 1 >> 1)))
         self._code_templates = array("H", bytes(2 * 33 * 8))
         self._ink = array("H", bytes(256))
@@ -62,7 +67,8 @@ class BlurredLines:
         self._result = array("i", bytes(16))
         self.amounts = array("i", bytes(4 * POSITIONS))
         self.residuals = array("i", bytes(36))
-        self.angle_turn16 = self.depth = self.rival = self.near = self.far = self.common = self.noise = 0
+        self.angle_turn16 = self.depth = self.rival = self.near = self.far = self.common = 0
+        self.noise = self.residual = self.beyond = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -98,7 +104,7 @@ class BlurredLines:
 
     def refine_orientation(self, frame, rings, turns):
         """Turns the line to where it is to a fraction of a direction; False when it leaves the frame."""
-        template = 15 * (self.blur.rel(self.angle_turn16) >> 1)
+        template = self._template()
         for _ in range(turns):
             if not self._sample_around(frame, rings):
                 return False
@@ -111,9 +117,13 @@ class BlurredLines:
 
     def measure_orientation(self, rings):
         """Measures the line and its halves in the last samples of `refine_orientation`."""
+        self.beyond = 0
         half = self._count >> 1
         self._read_ink(rings, _AROUND, 0, self._count, self._start_turn16())
         self.depth = self._depth_at_middle()
+        self.residual = kernels.line_residual(
+            self._ink, 0, 0, self._templates, self._template(), _REACH, _MIDDLE, self.depth
+        )
         self._read_ink(rings, _AROUND, 0, half, self._start_turn16())
         self.near = self._depth_at_middle()
         self._read_ink(rings, _AROUND, half, half, self._start_turn16())
@@ -122,6 +132,26 @@ class BlurredLines:
     def _depth_at_middle(self):
         self._read_depths(_AROUND, self._start_turn16(), _MIDDLE, _MIDDLE)
         return self._depths[_MIDDLE] - _BIAS
+
+    def measure_beyond(self, frame, rings):
+        """Measures how much more than its skirt of the line lies beyond its end, as far as that is seen."""
+        blur = self.blur
+        angle = self.angle_turn16
+        first = self._beyond
+        if first and rings.sample(
+            frame, first, 2, _AROUND, 2, 256 - 2 * _MIDDLE, cos_q14(angle), sin_q14(angle)
+        ):
+            kernels.ink_profile(
+                rings.samples, 0, 0, _AROUND, 2, 0, 2, rings.levels, self._start_turn16() >> 7, 4, blur.bars,
+                blur.direction << 3, blur.still, first, self._ink, 0,
+            )  # fmt: skip
+            along = blur.put_along(self._orientation_q8, blur.rel(angle))
+            skirt = blur.bars[along + first - (self._orientation_middle_q8 >> 8)]
+            self.beyond = self._depth_at_middle() - (skirt * self.depth >> 10)
+
+    def _template(self):
+        """The first item of the template for the line's direction."""
+        return 15 * (self.blur.rel(self.angle_turn16) >> 1)
 
     def _start_turn16(self):
         return self.angle_turn16 - _MIDDLE * 512

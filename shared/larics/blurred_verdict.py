@@ -11,11 +11,14 @@ from larics.detection import NO_ID
 
 _MATCH_LEAST = const(700)  # squared correlation with the model's rings, 1/1024, median of the sectors
 _GOOD_LEAST = const(24)  # sectors of 32: rings that something covers are not for this judge
+_GOOD_LEAST_MOVING = const(20)  # where motion washes the rings out they look like nothing
 _RATIO_MOST = const(20)  # of the radii, off the family's, 1/1024
 _DEVIATION_MOST = const(36)  # 1/1000 of the radius
 _DEPTH_LEAST = const(150)  # of lines, 256 = as deep as the rings
 _DEPTH_MOST = const(420)
 _HALF_LEAST = const(120)
+_LINE_RESIDUAL_MOST = const(200)  # what is no line leaves more, 1024 = as deep as the rings
+_BEYOND_MOST = const(110)  # a cable goes on where the line ends
 _RIVAL_MOST = const(72)  # percent of the line
 _COMMON_MOST = const(170)  # what the empty positions share
 _EMPTY_MOST = const(90)
@@ -26,8 +29,8 @@ _ONE_MOST = const(420)
 _RESIDUAL_MOST = const(190)  # beside a bit, 1024 = as deep as the rings, and so much more for the noise:
 _OF_NOISE = const(2)
 _SMALL_Q8 = const(3072)  # radius of rings on which a speck of dirt may be as large as a line,
-_ONE_OF_16 = const(13)  # but is seldom as dark: least depth of a line there, as a share of the deepest's,
-_DIRTY_MOST = const(200)  # and of one position that must be empty, at most
+_ONE_LEAST_SMALL = const(212)  # but is seldom as dark
+_DIRTY_MOST = const(200)  # of one position that must be empty, at most
 
 
 class BlurredJudge:
@@ -53,11 +56,12 @@ class BlurredJudge:
         """Whether the rings are a marker's, with limits of share / whole; begins a new candidate."""
         ratio_off = abs(rings.ratio_q10 - self._inner_q10)
         deviation = rings.deviation_q10 * 250 // rings.radius_q8
+        good_least = _GOOD_LEAST if rings.blur.still else _GOOD_LEAST_MOVING
         self.marker_id = NO_ID
         self.margin = 255
         return (
             self._rule(rings.match - _MATCH_LEAST * share // whole, 200)
-            and self._rule(rings.good - _GOOD_LEAST * share // whole, 8)
+            and self._rule(rings.good - good_least * share // whole, 8)
             and self._rule(_RATIO_MOST * whole // share - ratio_off, 16)
             and self._rule(_DEVIATION_MOST * whole // share - deviation, 28)
         )
@@ -69,6 +73,8 @@ class BlurredJudge:
             self._rule(lines.depth - _DEPTH_LEAST, 70)
             and self._rule(_DEPTH_MOST - lines.depth, 100)
             and self._rule(min(lines.near, lines.far) - _HALF_LEAST, 80)
+            and self._rule(_LINE_RESIDUAL_MOST + lines.noise - lines.residual, 120)
+            and self._rule(_BEYOND_MOST - lines.beyond, 80)
         ):
             return verdicts.NO_ORIENTATION
         if not self._rule(_RIVAL_MOST - rival, 40):
@@ -79,7 +85,7 @@ class BlurredJudge:
         unit = max(256, lines.depth)
         if not self._guards(lines, unit, small):
             return verdicts.NOT_EMPTY
-        return self._code(lines, unit, unit * _ONE_OF_16 >> 4 if small else _ONE_LEAST)
+        return self._code(lines, unit, _ONE_LEAST_SMALL if small else _ONE_LEAST)
 
     def _guards(self, lines, unit, small):
         """Whether the five positions that carry no bit are empty; of a small marker one may be dirty."""

@@ -43,7 +43,7 @@ _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
 _FAMILY_MM10 = const(1500)
-_TINY_Q8 = const(2304)  # smaller rings have too few pixels for the sharp rules: the second opinion decides
+_TINY_Q8 = const(2304)  # rings below this are too small for the sharp rules
 
 
 class Counts:
@@ -288,24 +288,30 @@ class Detector:
         """Searches the whole frame for markers of all scales."""
         for scale in self._scales:
             scale.edges.measure_threshold(frame)
-            edges = scale.edges.find(frame, 0, self.width, 0, self.height)
-            centres = scale.votes.find(self._edges, edges, self.width, 0, self.width, 0, self.height)
-            self._count_edges(scale, edges)
-            self.counts.votes += scale.votes.votes
-            self._examine_all(frame, scale, edges, centres, 0)
+            if not self._tiny(scale):
+                edges = scale.edges.find(frame, 0, self.width, 0, self.height)
+                self._examine_all(frame, scale, edges, self._vote(scale, edges), 0)
 
     def _search_blurred(self, frame):
         """Finds candidates for the second opinion alone: lines that are blurred need not look like lines."""
         for scale in self._scales:
-            edges = scale.edges.find(frame, 0, self.width, 0, self.height, True)
-            centres = scale.votes.find(self._edges, edges, self.width, 0, self.width, 0, self.height)
-            self._count_edges(scale, edges)
-            self.counts.votes += scale.votes.votes
-            for index in range(centres):
+            edges = scale.edges.find_blurred(frame, not self._tiny(scale))
+            for index in range(self._vote(scale, edges)):
                 self.second.candidates.remember(
                     self._centres[3 * index + 1] - 32768, self._centres[3 * index + 2] - 32768,
                     scale.radius_min_q8, scale.radius_max_q8, verdicts.NO_RADIUS,
                 )  # fmt: skip
+
+    def _vote(self, scale, edges):
+        """Lists the centres that the edges of the whole frame vote for; returns their number."""
+        centres = scale.votes.find(self._edges, edges, self.width, 0, self.width, 0, self.height)
+        self._count_edges(scale, edges)
+        self.counts.votes += scale.votes.votes
+        return centres
+
+    def _tiny(self, scale):
+        """Whether rings have too few pixels for the sharp rules, so that the second opinion decides alone."""
+        return self.second is not None and scale.radius_min_q8 < _TINY_Q8
 
     def _search_window(self, frame, x_q8, y_q8, radius_q8):
         """Searches for a marker of about that radius around a place."""

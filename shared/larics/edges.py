@@ -82,10 +82,8 @@ class EdgeFinder:
             self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, _SHARE_MAX
         )
 
-    def find(self, frame, left, right, top, bottom, blurred=False):
-        """Lists the edges within the rectangle (px, cut to the frame) and returns their number.
-
-        blurred: those of blurred lines, too, which are all"""
+    def find(self, frame, left, right, top, bottom):
+        """Lists the edges within the rectangle (px, cut to the frame) and returns their number."""
         step = self.step
         left = self._left if left <= self._left else left // step * step
         top = self._top if top <= self._top else top // step * step
@@ -93,12 +91,23 @@ class EdgeFinder:
             right = self._right
         if bottom > self._bottom:
             bottom = self._bottom
-        threshold = self.threshold
+        return self._list(frame, left, right, top, bottom, self.threshold, self._probes)
+
+    def find_blurred(self, frame, faint):
+        """Lists all edges of the frame, whether of thin lines or not, and returns their number.
+
+        faint: with a lower threshold"""
+        threshold = max(2, self.threshold * 3 >> 2) if faint else self.threshold
+        return self._list(
+            frame, self._left, self._right, self._top, self._bottom, threshold, self._any_probes
+        )
+
+    def _list(self, frame, left, right, top, bottom, threshold, probes):
         self.steep = kernels.steep_positions(
-            frame, 0, 0, self.width, self.reach, left, right, top, bottom, step, threshold * threshold,
+            frame, 0, 0, self.width, self.reach, left, right, top, bottom, self.step, threshold * threshold,
             self.edges, self._capacity,
         )  # fmt: skip
         return kernels.thin_line_edges(
             frame, 0, 0, 0, self.edges, self.steep, self.width * self.reach, self.reach, threshold,
-            tables.DIRECTION_48, self._any_probes if blurred else self._probes,
+            tables.DIRECTION_48, probes,
         )  # fmt: skip

@@ -25,7 +25,7 @@ from larics.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, sin_q14
 
 _TURNS = const(3)
 _TURNS_AGAIN = const(2)  # with the lines taken out
-_FITS = const(2)  # the candidate that looks most like rings, and another when it has none after all
+_TRIES = const(2)  # the candidate that looks most like rings, and another when it is no marker at all
 _DEPTH_FIRST = const(130)
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
@@ -66,12 +66,13 @@ class SecondOpinion:
         candidates = self.candidates
         candidates.look(frame, self.rings)
         verdict = verdicts.NO_RADIUS
-        for _ in range(_FITS):
+        for _ in range(_TRIES):
             slot = candidates.best()
             if slot < 0:
                 break
+            self._settled = False
             verdict = self._examine_candidate(frame, slot)
-            if verdict != verdicts.NO_FIT:
+            if self._settled:
                 break
         return verdict
 
@@ -83,10 +84,15 @@ class SecondOpinion:
             candidate[slot + items.E1], candidate[slot + items.E2],
         )  # fmt: skip
         if not self._fit_rings(frame):
-            # motion looks like an ellipse at first: once more from a circle
-            rings.start(rings.x_q10, rings.y_q10, rings.radius_q8, 0, 0)
+            # motion looks like a smaller ellipse at first: from a circle, then from where that led to
+            radius_q8 = candidate[slot + items.RADIUS_Q8] * 26 // 25
+            rings.start(candidate[slot + items.X_Q10], candidate[slot + items.Y_Q10], radius_q8, 0, 0)
             if not self._fit_rings(frame):
-                return verdicts.NO_FIT
+                if self.blur.still:
+                    return verdicts.NO_FIT
+                rings.start(rings.x_q10, rings.y_q10, rings.radius_q8, 0, 0)
+                if not self._fit_rings(frame):
+                    return verdicts.NO_FIT
         radius_q8 = rings.radius_q8
         if (
             radius_q8 * 8 < candidate[slot + items.RADIUS_MIN_Q8] * 7
@@ -94,7 +100,6 @@ class SecondOpinion:
         ):
             return verdicts.OUT_OF_RANGE
         self._hidden = candidate[slot + items.VERDICT] in _HIDDEN and self._sharp()
-        self._settled = False
         self.lines.prepare()
         if not self.blur.still:
             # what motion blurs differently in each direction says less about the light
@@ -126,6 +131,8 @@ class SecondOpinion:
         if not lines.refine_orientation(frame, rings, 2):
             return verdicts.NO_ORIENTATION
         lines.measure_orientation(rings)
+        if self._sharp():
+            lines.measure_beyond(frame, rings)
         if not lines.read_code(frame, rings):
             return verdicts.NO_ORIENTATION
         verdict = judge.lines(lines, rival, rings.radius_q8)

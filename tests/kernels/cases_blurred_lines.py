@@ -48,6 +48,12 @@ def deepest(random):
         yield words(128, random, low, high), 0, 0, 128, 10, ints(3, random)
 
 
+def line_residual(random):
+    for low, high in ((32768 - 8191, 32768 + 8191), (32700, 32900), (33768, 33768)):
+        for depth in (-16383, 0, 250, 16383):
+            yield words(29, random, low, high), 0, 0, words(30, random, 0, 1024), 15, 14, 14, depth
+
+
 def ink_noise(random):
     for low, high in ((32768 - 8191, 32768 + 8191), (32700, 32900), (33768, 33768)):
         yield words(128, random, low, high), 0, 0, 128, 1
@@ -65,6 +71,7 @@ CASES = {
     "ink_profile": ink_profile,
     "line_depths": line_depths,
     "deepest": deepest,
+    "line_residual": line_residual,
     "ink_noise": ink_noise,
     "line_turn": line_turn,
 }

@@ -259,6 +259,37 @@ def deepest(depths: ptr16, k: int, value: int, directions: int, apart: int, resu
 
 
 @micropython.viper
+def line_residual(
+    ink: ptr16, k: int, total: int, templates: ptr16, base: int, half: int, middle: int, depth: int
+) -> int:
+    """Mean residual of `ink` (2 * half + 1 items around `middle`) when a line of that depth is taken out.
+
+    templates: 15 items from `base` on; half up to 14; depth in 1/256 line, up to 16383. Returns 1/1024 of the
+    rings' darkness."""
+    mean = 0
+    k = 0 - half
+    while k <= half:
+        i = k
+        if i < 0:
+            i = 0 - i
+        mean += int(ink[middle + k]) - 32768 - (depth * int(templates[base + i]) >> 8)
+        k += 1
+    mean = mean // (half + half + 1)
+    total = 0
+    k = 0 - half
+    while k <= half:
+        i = k
+        if i < 0:
+            i = 0 - i
+        i = int(ink[middle + k]) - 32768 - (depth * int(templates[base + i]) >> 8) - mean
+        if i < 0:
+            i = 0 - i
+        total += i
+        k += 1
+    return total // (half + half + 1)
+
+
+@micropython.viper
 def ink_noise(ink: ptr16, k: int, total: int, directions: int, apart: int) -> int:
     """Mean second difference of the ink of directions `apart` steps from each other: twice their noise.
 

@@ -123,7 +123,7 @@ def shift_harmonics(
     """Harmonics 0..2 of 32 sectors' shifts, with outliers left out.
 
     shifts: 1/1024 px + 2**20, 0 where there is none; those farther than `floor` and four times the mean
-    deviation from the harmonics are left out; repeated projection (`rounds` times, 1..8) makes up for the
+    deviation or 128 px from the harmonics are left out; repeated projection (`rounds` times, 1..8) makes up for the
     gaps.
     cosines: tables.COSINE_Q14_BIASED. result: constant, cos, sin, cos 2, sin 2 (+ 2**20 each), mean deviation
     (all 1/1024 px), shifts used. Returns the number of shifts used."""
@@ -132,7 +132,7 @@ def shift_harmonics(
     b1 = 0
     a2 = 0
     b2 = 0
-    limit = 1 << 20
+    limit = 1 << 17
     deviation = 0
     used = 0
     while rounds > 0:
@@ -174,9 +174,12 @@ def shift_harmonics(
             a2 += sa2 // value
             b2 += sb2 // value
             deviation = deviation // used
+        # a few sectors side by side may drive the harmonics apart: 128 px bound what they add up to
         limit = deviation * 4
         if limit < floor:
             limit = floor
+        if limit > 131072:
+            limit = 131072
     result[0] = a0 + 1048576
     result[1] = a1 + 1048576
     result[2] = b1 + 1048576
