@@ -122,9 +122,9 @@ def shift_harmonics(
 ) -> int:
     """Harmonics 0..2 of 32 sectors' shifts, with outliers left out.
 
-    shifts: 1/1024 px + 2**20, 0 where there is none; those farther than `floor` and four times the mean
-    deviation or 128 px from the harmonics are left out; repeated projection (`rounds` times, 1..8) makes up for the
-    gaps.
+    shifts: 1/1024 px + 2**20, 0 where there is none; those farther from the harmonics than `floor` and four
+    times the mean deviation, or than 128 px, are left out; repeated projection (`rounds` times, 1..8) makes
+    up for the gaps.
     cosines: tables.COSINE_Q14_BIASED. result: constant, cos, sin, cos 2, sin 2 (+ 2**20 each), mean deviation
     (all 1/1024 px), shifts used. Returns the number of shifts used."""
     a0 = 0
