@@ -28,7 +28,7 @@ _UNITS = const(24)  # of length in the outer radius
 _SECTORS = const(16)
 _FLOOR = const(512)  # of a sector's match, 1/1024: what is covered must not count more
 _MOTION_COST = const(96)  # a motion must explain more than that, 1/1024
-_STILL_SCORE = const(15000)  # with so good a match nothing moves
+_STILL_SCORE = const(15600)  # with so good a match nothing moves
 _ANY = const(34)  # one of the directions 2, 6, 10, ...
 _FARTHEST_MOTION = const(96)  # motion^2 / sigma^2, where sigma fits the rings without any motion
 

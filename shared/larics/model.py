@@ -29,7 +29,7 @@ _TRIES = const(2)  # the candidate that looks most like rings, and another when 
 _DEPTH_FIRST = const(130)
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
-_SHARP_NOISE = const(96)  # or the noise as strong as that
+_SHARP_NOISE = const(64)  # or the noise as strong as that
 _HIDDEN = (verdicts.ID_UNCERTAIN, verdicts.TWO_ORIENTATIONS, verdicts.NOT_EMPTY)
 
 
@@ -72,7 +72,7 @@ class SecondOpinion:
                 break
             self._settled = False
             verdict = self._examine_candidate(frame, slot)
-            if self._settled:
+            if self._settled or verdict == verdicts.NOT_EMPTY:
                 break
         return verdict
 
