@@ -103,7 +103,9 @@ def _count_kernels(detector, words, frame):
     for module, name, function in kernels:
         setattr(module, name, noted((module.__name__, name), function))
     for word in words:
-        _process(detector, frame, _read(word, frame))
+        place = _read(word, frame)
+        gc.collect()  # of what noting takes
+        _process(detector, frame, place)
     totals = {}
     for module, name, function in kernels:
         count = arguments.get((module.__name__, name))
