@@ -63,7 +63,10 @@ class BlurredLines:
         self._depths = array("H", bytes(256))
         self._gram = array("i", bytes(4 * 81))
         self._side = array("i", bytes(36))
-        self._solution = array("i", bytes(36))
+        self._solution = array("i", bytes(40))
+        self._skirts = array("H", bytes(34))
+        self._code_reach = 0
+        self._code_rels = -1  # directions for which the code's templates have been made
         self._result = array("i", bytes(16))
         self.amounts = array("i", bytes(4 * POSITIONS))
         self.residuals = array("i", bytes(36))
@@ -72,11 +75,12 @@ class BlurredLines:
 
     def memory(self):
         """Bytes of the buffers."""
-        return 2 * len(self._templates) + 2 * 33 * 8 + 512 + 4 * 81 + 36 * 3 + 16 + 10 + 4 * POSITIONS
+        return 2 * len(self._templates) + 2 * 33 * 8 + 512 + 4 * 81 + 36 * 3 + 16 + 4 + 34 + 4 * POSITIONS
 
     def prepare(self):
         """Makes the orientation line's templates for the blur that has been found."""
         blur = self.blur
+        self._code_rels = -1
         if not blur.still:  # the other rels' bars are there since the search
             blur.prepare(blur.sigma, blur.motion, 0, 2, False)
         # every other rel: a line's profile changes slowly with its direction
@@ -143,7 +147,7 @@ class BlurredLines:
         ):
             kernels.ink_profile(
                 rings.samples, 0, 0, _AROUND, 2, 0, 2, rings.levels, self._start_turn16() >> 7, 4, blur.bars,
-                blur.direction << 3, blur.still, first, self._ink, 0,
+                blur.direction << 3, blur.still, first, self._ink, 0, self._skirts,
             )  # fmt: skip
             along = blur.put_along(self._orientation_q8, blur.rel(angle))
             skirt = blur.bars[along + first - (self._orientation_middle_q8 >> 8)]
@@ -167,6 +171,7 @@ class BlurredLines:
         kernels.ink_profile(
             rings.samples, 0, 0, directions, self._count, first, count, rings.levels, angle_turn16 >> 7, 4,
             blur.bars, blur.direction << 3, blur.still, self._first + first, self._ink, 0,
+            self._skirts,
         )  # fmt: skip
 
     def _read_depths(self, directions, angle_turn16, first, last):
@@ -180,20 +185,8 @@ class BlurredLines:
         """Fits the eight positions; False when they lie outside the frame."""
         blur = self.blur
         angle = self.angle_turn16
-        reach = 1
-        for axis in range(4):
-            rel = blur.rel(angle + axis * 8192)
-            along = blur.put_along(self._code_q8, rel)
-            first = _CODE_FROM
-            count = _NEAR_COUNT
-            for zone in range(2):
-                zone_reach = kernels.line_template(
-                    blur.bars, 0, 0, blur.across(rel), along, self._code_middle_q8, COSINE, 4, 33, first,
-                    count, self._code_templates, 33 * (2 * axis + zone),
-                )  # fmt: skip
-                reach = max(reach, min(31, zone_reach))
-                first += count
-                count = _FAR_COUNT
+        axes = 1 if blur.still else 4
+        self._prepare_code(axes)
         pitch = _NEAR_COUNT + _FAR_COUNT
         if not rings.sample(frame, _CODE_FROM, pitch, 64, 4, 0, cos_q14(angle), sin_q14(angle)):
             return False
@@ -202,35 +195,45 @@ class BlurredLines:
         for zone in range(2):
             kernels.ink_profile(
                 rings.samples, 0, 0, 64, pitch, first, count, rings.levels, angle >> 7, 8, blur.bars,
-                blur.direction << 3, blur.still, _CODE_FROM + first, self._ink, 64 * zone,
+                blur.direction << 3, blur.still, _CODE_FROM + first, self._ink, 64 * zone, self._skirts,
             )  # fmt: skip
             first += count
             count = _FAR_COUNT
         solution = self._solution
+        templates = self._code_templates
+        reach = self._code_reach
         code_kernels.fit_code(
-            self._ink, 0, 0, self._code_templates, reach, self._gram, self._side, solution, _ROUNDS
+            self._ink, 0, 0, templates, axes, reach, self._gram, self._side, _ROUNDS, solution
         )
-        code_kernels.code_residuals(self._ink, 0, 0, self._code_templates, reach, solution, self.residuals)
-        self._subtract_common()
+        code_kernels.code_residuals(self._ink, 0, 0, templates, axes, reach, solution, self.residuals)
+        # what the five empty positions have in common is the skirt of the inner ring
+        common = solution[9]
+        self.common = common - 65536
+        for position in range(POSITIONS):
+            self.amounts[position] = solution[position] - common
         return True
 
-    def _subtract_common(self):
-        """Takes off what the five empty positions have in common: the skirt of the inner ring."""
-        solution = self._solution
-        # the median: two below, two above
-        for one in range(POSITIONS):
-            if one not in BITS:
-                below = equal = 0
-                for other in range(POSITIONS):
-                    if other not in BITS:
-                        if solution[other] < solution[one]:
-                            below += 1
-                        elif solution[other] == solution[one]:
-                            equal += 1
-                if below <= 2 < below + equal:
-                    self.common = solution[one] - 65536
-        for position in range(POSITIONS):
-            self.amounts[position] = solution[position] - 65536 - self.common
+    def _prepare_code(self, axes):
+        """Makes the code's templates for the present angle, unless they have been made."""
+        blur = self.blur
+        rels = blur.rel(self.angle_turn16) << 5 | blur.rel(self.angle_turn16 + 8192)
+        if rels == self._code_rels:
+            return
+        self._code_rels = rels
+        self._code_reach = 1
+        for axis in range(axes):
+            rel = blur.rel(self.angle_turn16 + axis * 8192)
+            along = blur.put_along(self._code_q8, rel)
+            first = _CODE_FROM
+            count = _NEAR_COUNT
+            for zone in range(2):
+                reach = kernels.line_template(
+                    blur.bars, 0, 0, blur.across(rel), along, self._code_middle_q8, COSINE, 4, 33, first,
+                    count, self._code_templates, 33 * (2 * axis + zone),
+                )  # fmt: skip
+                self._code_reach = max(self._code_reach, min(31, reach))
+                first += count
+                count = _FAR_COUNT
 
     def erase(self, rings, directions, first, count):
         """Takes the lines found out of the rings' samples."""

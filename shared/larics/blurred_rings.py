@@ -145,6 +145,7 @@ class BlurredRings:
             limit = 3072 if first else 2048 if lines is None and turn == 1 else 1536
             if not self._step(limit, _FIRST_MATCH if first else _MATCH, not first):
                 return False
+        self._measure_sectors()
         self.measure_light(self._local)
         return True
 
@@ -204,13 +205,17 @@ class BlurredRings:
         signal2 = max(x_q10 * x_q10 + y_q10 * y_q10 - noise2, prior * prior)
         return min(256, signal2 // (((signal2 + noise2) >> 8) + 1))
 
-    def measure_light(self, local):
-        """Medians of the sectors, and levels from each sector's neighbours, or if not `local` the medians."""
+    def _measure_sectors(self):
+        """Medians of the sectors in the last step."""
         sectors = self._sectors
+        scratch = self._means
+        self.amplitude = sector_kernels.median(sectors, 0, 0, 0, 32, scratch)
+        self.background = sector_kernels.median(sectors, 0, 0, 32, 32, scratch)
+        self.match = sector_kernels.median(sectors, 0, 0, 64, 32, scratch)
+
+    def measure_light(self, local):
+        """Levels from each sector's neighbours, or if not `local` the medians of all."""
         self._local = local
-        self.amplitude = sector_kernels.median(sectors, 0, 0, 0, 32)
-        self.background = sector_kernels.median(sectors, 0, 0, 32, 32)
-        self.match = sector_kernels.median(sectors, 0, 0, 64, 32)
         self.good = sector_kernels.sector_levels(
-            sectors, 0, 0, self.amplitude, self.background, _GOOD_MATCH, _WIDE, local, self.levels
+            self._sectors, 0, 0, self.amplitude, self.background, _GOOD_MATCH, _WIDE, local, self.levels
         )

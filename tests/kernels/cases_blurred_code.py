@@ -28,19 +28,21 @@ def code_templates(sigma, motion):
 def fit_code(random):
     for sigma, motion in BLURS:
         for low, high in ((32768 - 8191, 32768 + 8191), (32700, 33500)):
-            yield (
-                words(128, random, low, high), 0, 0, code_templates(sigma, motion), REACH, ints(81, random),
-                ints(9, random), ints(9, random), 16,
-            )  # fmt: skip
+            for axes, reach in ((1, REACH), (4, REACH), (4, 9)):
+                yield (
+                    words(128, random, low, high), 0, 0, code_templates(sigma, motion), axes, reach,
+                    ints(81, random), ints(9, random), 16, ints(10, random),
+                )  # fmt: skip
 
 
 def code_residuals(random):
     for sigma, motion in BLURS:
-        for low, high in ((32768 - 8191, 32768 + 8191), (32700, 33500)):
-            yield (
-                words(128, random, low, high), 0, 0, code_templates(sigma, motion), REACH,
-                ints(9, random, BIAS - 1023, BIAS + 1023), ints(9, random),
-            )  # fmt: skip
+        for low, high in ((32768 - 2047, 32768 + 2047), (32700, 33500)):
+            for axes, reach in ((1, REACH), (4, REACH), (4, 1)):
+                yield (
+                    words(128, random, low, high), 0, 0, code_templates(sigma, motion), axes, reach,
+                    ints(9, random, BIAS - 1023, BIAS + 1023), ints(9, random),
+                )  # fmt: skip
 
 
 CASES = {"fit_code": fit_code, "code_residuals": code_residuals}

@@ -32,6 +32,7 @@ def ink_profile(random):
                 yield (
                     grey_samples(kind, 128 * 8, random), 0, 0, 128, 8, 0, 8, levels, -31, 4,
                     bars_of(sigma, motion), 120, 0 if motion else 1, 28, words(130, random), 2,
+                    words(17, random),
                 )  # fmt: skip
 
 

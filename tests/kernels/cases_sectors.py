@@ -32,7 +32,7 @@ def shift_harmonics(random):
 
 def median(random):
     for low, high in ((0, 65535), (7, 7), (100, 103)):
-        yield words(96, random, low, high), 0, 0, 32, 32
+        yield words(96, random, low, high), 0, 0, 32, 32, words(32, random)
 
 
 def sector_levels(random):

@@ -16,7 +16,7 @@ def line_template(
     directions: int, first: int, count: int, template: ptr16, slot: int,
 ) -> int:  # fmt: skip
     """template[slot + k] = mean darkness of a blurred line at units first .. first + count - 1, in direction
-    k * step / 256 turn from its own, k = 0..directions - 1.
+    k * step / 256 turn from its own, k = 0..directions - 1; 0 from where it is below 1/256 on.
 
     across, along: entries of the bars across the line and along it, the latter's middle (1/256 unit) from the
     rings' centre. Returns the farthest direction that is not 0."""
@@ -28,26 +28,37 @@ def line_template(
         if sine < 0:
             sine = 0 - sine
         total = 0
-        unit = first
-        while unit < first + count:
-            value = (unit * cosine >> 6) - middle
-            if value < 0:
-                value = 0 - value
-            dark = 0
-            if value < 5888:
-                i = along + (value >> 8)
-                value = value & 255
-                dark = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
-            value = unit * sine >> 6
+        x = first * cosine
+        y = first * sine
+        unit = 0
+        while unit < count:
+            value = y >> 6
             if value < 5888:
                 i = across + (value >> 8)
-                value = value & 255
-                value = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
-                total += value * dark >> 10
+                dark = int(bars[i])
+                if dark > 0:
+                    dark += (int(bars[i + 1]) - dark) * (value & 255) >> 8
+                    value = (x >> 6) - middle
+                    if value < 0:
+                        value = 0 - value
+                    if value < 5888:
+                        i = along + (value >> 8)
+                        part = int(bars[i])
+                        part += (int(bars[i + 1]) - part) * (value & 255) >> 8
+                        total += part * dark >> 10
+            else:
+                unit = count
+            x += cosine
+            y += sine
             unit += 1
         total = total // count
-        template[slot + k] = total
-        if total > 0:
+        if total < 4:
+            # everything beyond is lighter still
+            while k < directions:
+                template[slot + k] = 0
+                k += 1
+        else:
+            template[slot + k] = total
             reach = k
         k += 1
     return reach
@@ -65,35 +76,37 @@ def erase_line(
     the rest as in line_template. Returns 0."""
     k = 0
     step = 256 // directions
+    reach = reach << 6
     while k < directions:
         i = k * step + (step >> 1)
         c0 = int(cosines[i]) - 32768
         s0 = 32768 - int(cosines[i + 64])
-        c = (c0 * cosine + s0 * sine) >> 14
-        s = (s0 * cosine - c0 * sine) >> 14
-        if s < 0:
-            s = 0 - s
-        unit = first
-        if c < 0:
-            unit = first + count
-        while unit < first + count:
-            value = unit * s >> 6
-            if value >= reach:
-                unit = first + count
-            else:
-                i = across + (value >> 8)
-                value = value & 255
-                dark = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
-                value = (unit * c >> 6) - middle
+        x = (c0 * cosine + s0 * sine) >> 14
+        y = (s0 * cosine - c0 * sine) >> 14
+        if y < 0:
+            y = 0 - y
+        if x > 0 and y * first < reach:
+            dx = x
+            dy = y
+            x = x * first
+            y = y * first
+            slot = k * count
+            end = slot + count
+            while slot < end and y < reach:
+                i = across + (y >> 14)
+                dark = int(bars[i])
+                dark += (int(bars[i + 1]) - dark) * (y >> 6 & 255) >> 8
+                value = (x >> 6) - middle
                 if value < 0:
                     value = 0 - value
-                if value < 5888 and dark > 0:
+                if value < 5888:
                     i = along + (value >> 8)
-                    value = value & 255
-                    value = int(bars[i]) + ((int(bars[i + 1]) - int(bars[i])) * value >> 8)
-                    i = k * count + unit - first
-                    samples[i] = int(samples[i]) + ((value * dark >> 10) * amplitude >> 10)
-            unit += 1
+                    part = int(bars[i])
+                    part += (int(bars[i + 1]) - part) * (value & 255) >> 8
+                    samples[slot] = int(samples[slot]) + ((part * dark >> 10) * amplitude >> 10)
+                x += dx
+                y += dy
+                slot += 1
         k += 1
     return 0
 
@@ -102,52 +115,61 @@ def erase_line(
 def ink_profile(
     samples: ptr16, i: int, total: int, directions: int, pitch: int, first: int, count: int, levels: ptr16,
     angle: int, step: int, bars: ptr16, motion: int, still: int, unit: int, ink: ptr16, slot: int,
+    skirts: ptr16,
 ) -> int:  # fmt: skip
     """ink[slot + k] = darkness of `count` samples of direction k less the rings' skirts there + 32768.
 
     samples: `pitch` a direction, the first used one is `first`, which lies at `unit` from the rings' centre;
     levels: as from sectors.sector_levels; direction k lies at angle + k * step, the motion at `motion` (1/256
-    of half a turn), if not `still`; bars: 24 items a rel. Returns 0."""
+    of half a turn), if not `still`; bars: 24 items a rel; skirts: 17 items, scratch space. Returns 0."""
+    i = 0
+    while i < 17:
+        skirts[i] = 65535
+        i += 1
     k = 0
-    last_rel = 32
-    skirt = 0
+    rel = 0
+    skirt = 65535
+    base = first
     while k < directions:
-        rel = 0
         if still == 0:
-            rel = ((angle + k * step - motion + 4) >> 3) & 31
+            rel = ((angle - motion + 4) >> 3) & 31
             if rel > 16:
                 rel = 32 - rel
-        if rel != last_rel:
-            last_rel = rel
-            rel = rel * 24
+            skirt = int(skirts[rel])
+        if skirt == 65535:
             skirt = 0
-            j = unit
-            while j < unit + count:
-                distance = j - 24
-                if distance < 0:
-                    distance = 0 - distance
-                if distance < 24:
-                    skirt += int(bars[rel + distance])
-                distance = j - 16
-                if distance < 0:
-                    distance = 0 - distance
-                if distance < 24:
-                    skirt += int(bars[rel + distance])
-                j += 1
+            i = unit - 24
+            j = rel * 24
+            while i < unit + count - 24:
+                total = i
+                if total < 0:
+                    total = 0 - total
+                if total < 24:
+                    skirt += int(bars[j + total])
+                total = i + 8
+                if total < 0:
+                    total = 0 - total
+                if total < 24:
+                    skirt += int(bars[j + total])
+                i += 1
+            skirt = skirt // count
+            skirts[rel] = skirt
         total = 0
-        i = k * pitch + first
-        j = i + count
+        i = base
+        j = base + count
         while i < j:
             total += int(samples[i])
             i += 1
-        j = ((angle + k * step) >> 4) & 31
-        distance = int(levels[32 + j]) * count - total
-        total = (distance << 8) // ((int(levels[j]) * count >> 2) + 1) - skirt // count
+        i = (angle >> 4) & 31
+        total = int(levels[32 + i]) * count - total
+        total = (total << 8) // ((int(levels[i]) * count >> 2) + 1) - skirt
         if total > 8191:
             total = 8191
         if total < 0 - 8191:
             total = 0 - 8191
         ink[slot + k] = total + 32768
+        base += pitch
+        angle += step
         k += 1
     return 0
 

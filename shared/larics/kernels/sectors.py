@@ -39,8 +39,11 @@ def ring_shifts(
             value = int(means[i]) - 32768
             power += value * value
             product -= value * (int(templates[slot]) - 32768)
-            slot += 1
-            i += 1
+            value = int(means[i + 1]) - 32768
+            power += value * value
+            product -= value * (int(templates[slot + 1]) - 32768)
+            slot += 2
+            i += 2
         amplitude = 0
         match = 0
         if product > 0:
@@ -123,10 +126,9 @@ def shift_harmonics(
     """Harmonics 0..2 of 32 sectors' shifts, with outliers left out.
 
     shifts: 1/1024 px + 2**20, 0 where there is none; those farther from the harmonics than `floor` and four
-    times the mean deviation, or than 128 px, are left out; repeated projection (`rounds` times, 1..8) makes
-    up for the gaps.
-    cosines: tables.COSINE_Q14_BIASED. result: constant, cos, sin, cos 2, sin 2 (+ 2**20 each), mean deviation
-    (all 1/1024 px), shifts used. Returns the number of shifts used."""
+    times the mean deviation, or than 128 px, are left out; projection repeated at most `rounds` times (1..8)
+    makes up for the gaps. cosines: tables.COSINE_Q14_BIASED. result: constant, cos, sin, cos 2, sin 2 (+
+    2**20 each), mean deviation (all 1/1024 px), shifts used. Returns the number of shifts used."""
     a0 = 0
     a1 = 0
     b1 = 0
@@ -135,6 +137,7 @@ def shift_harmonics(
     limit = 1 << 17
     deviation = 0
     used = 0
+    settled = 0
     while rounds > 0:
         rounds -= 1
         used = 0
@@ -145,35 +148,67 @@ def shift_harmonics(
         sa2 = 0
         sb2 = 0
         i = 0
-        while i < 32:
+        angle = 4
+        while i < 16:
             value = int(shifts[i])
-            if value > 0:
-                angle = (i << 3) + 4
+            other = int(shifts[i + 16])
+            if value + other > 0:
+                # two opposite sectors have the even harmonics in common
                 ca1 = (int(cosines[angle]) - 32768) >> 7
                 cb1 = (32768 - int(cosines[angle + 64])) >> 7
-                angle = (angle + angle) & 255
-                ca2 = (int(cosines[angle]) - 32768) >> 7
-                cb2 = (32768 - int(cosines[angle + 64])) >> 7
-                value = value - 1048576 - a0 - ((a1 * ca1 + b1 * cb1 + a2 * ca2 + b2 * cb2) >> 7)
-                if value < limit and 0 - limit < value:
-                    used += 1
-                    s0 += value
-                    sa1 += value * ca1
-                    sb1 += value * cb1
-                    sa2 += value * ca2
-                    sb2 += value * cb2
-                    if value < 0:
-                        value = 0 - value
-                    deviation += value
+                double = (angle + angle) & 255
+                ca2 = (int(cosines[double]) - 32768) >> 7
+                cb2 = (32768 - int(cosines[double + 64])) >> 7
+                odd = a1 * ca1 + b1 * cb1
+                even = a2 * ca2 + b2 * cb2
+                whole = 0
+                difference = 0
+                if value > 0:
+                    value = value - 1048576 - a0 - ((even + odd) >> 7)
+                    if value < limit and 0 - limit < value:
+                        used += 1
+                        whole = value
+                        difference = value
+                        if value < 0:
+                            value = 0 - value
+                        deviation += value
+                if other > 0:
+                    other = other - 1048576 - a0 - ((even - odd) >> 7)
+                    if other < limit and 0 - limit < other:
+                        used += 1
+                        whole += other
+                        difference -= other
+                        if other < 0:
+                            other = 0 - other
+                        deviation += other
+                s0 += whole
+                sa1 += difference * ca1
+                sb1 += difference * cb1
+                sa2 += whole * ca2
+                sb2 += whole * cb2
             i += 1
+            angle += 8
         if used > 0:
-            a0 += s0 // used
+            s0 = s0 // used
             value = used << 6
-            a1 += sa1 // value
-            b1 += sb1 // value
-            a2 += sa2 // value
-            b2 += sb2 // value
+            sa1 = sa1 // value
+            sb1 = sb1 // value
+            sa2 = sa2 // value
+            sb2 = sb2 // value
+            a0 += s0
+            a1 += sa1
+            b1 += sb1
+            a2 += sa2
+            b2 += sb2
             deviation = deviation // used
+            # twice in a row without a change that matters
+            value = (s0 ^ s0 >> 31) | (sa1 ^ sa1 >> 31) | (sb1 ^ sb1 >> 31) | (sa2 ^ sa2 >> 31)
+            if (value | (sb2 ^ sb2 >> 31)) > 3:
+                settled = 0
+            else:
+                settled += 1
+                if settled == 2:
+                    rounds = 0
         # a few sectors side by side may drive the harmonics apart: 128 px bound what they add up to
         limit = deviation * 4
         if limit < floor:
@@ -191,25 +226,18 @@ def shift_harmonics(
 
 
 @micropython.viper
-def median(values: ptr16, i: int, below: int, first: int, count: int) -> int:
-    """The median (the upper one of two) of `count` values from entry `first` on."""
-    half = count >> 1
-    candidate = first
-    while candidate < first + count:
-        value = int(values[candidate])
-        below = 0
-        equal = 0
-        i = first
-        while i < first + count:
-            if int(values[i]) < value:
-                below += 1
-            elif int(values[i]) == value:
-                equal += 1
-            i += 1
-        if below <= half and half < below + equal:
-            return value
-        candidate += 1
-    return 0
+def median(values: ptr16, i: int, j: int, first: int, count: int, sorted_values: ptr16) -> int:
+    """The median (the upper one of two) of `count` values from entry `first` on; sorted_values: scratch."""
+    i = 0
+    while i < count:
+        value = int(values[first + i])
+        j = i - 1
+        while j >= 0 and int(sorted_values[j]) > value:
+            sorted_values[j + 1] = int(sorted_values[j])
+            j -= 1
+        sorted_values[j + 1] = value
+        i += 1
+    return int(sorted_values[count >> 1])
 
 
 @micropython.viper
@@ -220,31 +248,36 @@ def sector_levels(
     """levels: for each of 32 sectors the rings' amplitude, then their background, among its neighbours.
 
     sectors: as from ring_shifts. Of the sectors up to `wide` away those count that match and have 2/5 to
-    twice `amplitude`; when fewer than half do, or if not `local`,
-    amplitude and background stand in. Returns the number of
-    sectors that count."""
+    twice `amplitude`; when fewer than half do, or if not `local`, amplitude and background stand in. Returns
+    the number of sectors that count."""
     good = 0
-    sector = 0
+    of_amplitude = 0
+    of_background = 0
+    counted = 0
+    sector = 0 - wide - wide
     while sector < 32:
-        of_amplitude = 0
-        of_background = 0
-        counted = 0
-        j = 0 - wide
-        while j <= wide:
-            i = (sector + j + 32) & 31
+        # the window ahead of this sector gains one and loses one
+        i = (sector + wide) & 31
+        value = int(sectors[i])
+        if int(sectors[64 + i]) >= least_match and value * 5 >= amplitude * 2 and value <= amplitude * 2:
+            of_amplitude += value
+            of_background += int(sectors[32 + i])
+            counted += 1
+            if sector >= 0 - wide and sector < 32 - wide:
+                good += 1
+        if sector > 0:
+            i = (sector + 31 - wide) & 31
             value = int(sectors[i])
             if int(sectors[64 + i]) >= least_match and value * 5 >= amplitude * 2 and value <= amplitude * 2:
-                of_amplitude += value
-                of_background += int(sectors[32 + i])
-                counted += 1
-                if j == 0:
-                    good += 1
-            j += 1
-        if counted <= wide or local == 0:
-            of_amplitude = amplitude
-            of_background = background
-            counted = 1
-        levels[sector] = of_amplitude // counted
-        levels[32 + sector] = of_background // counted
+                of_amplitude -= value
+                of_background -= int(sectors[32 + i])
+                counted -= 1
+        if sector >= 0:
+            if counted <= wide or local == 0:
+                levels[sector] = amplitude
+                levels[32 + sector] = background
+            else:
+                levels[sector] = of_amplitude // counted
+                levels[32 + sector] = of_background // counted
         sector += 1
     return good
