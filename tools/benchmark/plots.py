@@ -44,17 +44,17 @@ def _values(rows, key):
     return [float("nan") if row[key] is None else row[key] for row in rows]
 
 
-def sweep(plan, rows_of, path):
+def sweep(condition, rows_of, path):
     """Detected share, wrong reports and centre error over one condition.
 
-    plan: plan.Sweep; rows_of: {method: one Tally.row() for each value}."""
+    condition: plan.Sweep; rows_of: {method: one Tally.row() for each value}."""
     figure, (rate, wrong, error) = plt.subplots(1, 3, figsize=(12.5, 3.9))
     for name, rows in rows_of.items():
         look = dict(_LINE, color=_COLOURS[name], label=methods.label(name), **_STYLE.get(name, {}))
-        rate.plot(plan.values, _values(rows, "detected_pct"), **look)
+        rate.plot(condition.values, _values(rows, "detected_pct"), **look)
         reports = [100 * (row["wrong"] + row["false_positives"]) / row["frames"] for row in rows]
-        wrong.plot(plan.values, reports, **look)
-        error.plot(plan.values, _values(rows, "centre_median_px"), **look)
+        wrong.plot(condition.values, reports, **look)
+        error.plot(condition.values, _values(rows, "centre_median_px"), **look)
     rate.set_title("found, %", fontsize=10, pad=_PAD)
     rate.set_ylim(-4, 104)
     wrong.set_title("wrong IDs and false positives, % of frames", fontsize=10, pad=_PAD)
@@ -67,15 +67,15 @@ def sweep(plan, rows_of, path):
     error.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     error.yaxis.set_major_formatter(_plain)
     error.yaxis.set_minor_locator(NullLocator())
-    for text, value in (("must", plan.must), ("aim", plan.aim)):
+    for text, value in (("must", condition.must), ("aim", condition.aim)):
         if value is not None:
             rate.axvline(value, color="black", linewidth=0.8, linestyle=":", zorder=0)
             rate.text(value, 105, text, fontsize=8, ha="center", va="bottom")
     for axes in (rate, wrong, error):
-        axes.set_xlabel("%s: %s" % (plan.title, plan.axis))
-        if plan.values[0] > 0 and plan.values[-1] >= 10 * plan.values[0]:
+        axes.set_xlabel("%s: %s" % (condition.title, condition.axis))
+        if condition.values[0] > 0 and condition.values[-1] >= 10 * condition.values[0]:
             axes.set_xscale("log")
-        axes.set_xticks(plan.values, ["%g" % value for value in plan.values])
+        axes.set_xticks(condition.values, ["%g" % value for value in condition.values])
         axes.xaxis.set_minor_locator(NullLocator())
         axes.set_xlim(rate.get_xlim())
         axes.grid(alpha=0.3)

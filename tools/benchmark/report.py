@@ -46,12 +46,12 @@ def quality(results):
     return "\n".join(lines)
 
 
-def sweep(plan, rows_of):
+def sweep(condition, rows_of):
     """Two tables by value and method: what was found, and how exactly.
 
-    plan: plan.Sweep; rows_of: {method: one Tally.row() for each value}."""
+    condition: plan.Sweep; rows_of: {method: one Tally.row() for each value}."""
     lines = []
-    if plan.tells_tilt:
+    if condition.tells_tilt:
         lines += ["LARICS is told to allow the tilt of each row (max_tilt_deg); the others know no tilt.", ""]
     labels = [methods.label(name) for name in rows_of]
     widths = [max(len(label), 20) + 3 for label in labels]
@@ -60,8 +60,8 @@ def sweep(plan, rows_of):
         ("centre error, median and 95th percentile, px", _error_cell),
     )
     for title, cell in tables:
-        lines += [title, plan.axis.ljust(15) + _cells(labels, widths)]
-        for index, value in enumerate(plan.values):
+        lines += [title, condition.axis.ljust(15) + _cells(labels, widths)]
+        for index, value in enumerate(condition.values):
             cells = [cell(rows[index]) for rows in rows_of.values()]
             lines.append(("%g" % value).ljust(15) + _cells(cells, widths))
         lines.append("")
