@@ -23,7 +23,7 @@ from loop import Loop
 
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allowed_ids")
 _DETECTOR_SETTINGS += ("allow_id0", "mirrored", "tracking", "second_opinion")
-_DETECTOR_SETTINGS += ("confirm_needed", "confirm_frames")
+_DETECTOR_SETTINGS += ("confirm_needed", "confirm_frames", "max_tilt_cdeg", "margin_min")
 
 _EXPOSURE_SETTINGS = ("exposure", "exposure_us", "gain_db10")
 

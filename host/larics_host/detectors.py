@@ -9,12 +9,15 @@ DEFAULT_METHOD = "larics"
 DEFAULT_RADIUS_PX = (10, 66)  # what an unknown camera height may give
 
 
-def make_detector(method, width, height, radius_px=None, line_mm=None, allowed_ids=None, allow_id0=False):
+def make_detector(
+    method, width, height, radius_px=None, line_mm=None, allowed_ids=None, allow_id0=False, **more
+):
     """A detector for frames of one size.
 
     method: one of METHODS; radius_px: (smallest, largest) radius of the outer ring, None when unknown;
     line_mm: whole mm, width of the lines at a ring radius of 150 mm, None for the usual 15 to 20;
-    allowed_ids: the IDs that may be reported, None for all (method larics only).
+    allowed_ids: the IDs that may be reported, None for all (method larics only);
+    more: max_tilt_deg, margin_min and second_opinion of `larics.detector.Detector`, for that method.
     Raises UserError when no marker of that size can be in such a frame, or the method does not take it.
     """
     if method not in METHODS:
@@ -38,7 +41,7 @@ def make_detector(method, width, height, radius_px=None, line_mm=None, allowed_i
         from larics.detector import Detector
 
         return Detector(
-            width, height, low, high, line_mm=line_mm, allowed_ids=allowed_ids, allow_id0=allow_id0
+            width, height, low, high, line_mm=line_mm, allowed_ids=allowed_ids, allow_id0=allow_id0, **more
         )
     except ValueError as error:
         raise UserError(str(error)) from error

@@ -36,10 +36,12 @@ _DIRTY_MOST = const(200)  # of one position that must be empty, at most
 class BlurredJudge:
     """Judges one candidate at a time.
 
+    allowed             array of 8, whether an ID may be told; margin_min: smallest margin that is believed
     marker_id, margin   of the last one, as in detection.Detection
     """
 
-    def __init__(self, family, allowed):
+    def __init__(self, family, allowed, margin_min):
+        self._margin_min = margin_min
         self._inner_q10 = (family.inner_mm10 * 1024 + family.outer_mm10 // 2) // family.outer_mm10
         self._allowed = allowed
         self.marker_id = NO_ID
@@ -120,6 +122,7 @@ class BlurredJudge:
                 certain = certain and self._rule(zero_most - amount, 60)
                 certain = certain and self._rule(amount - _EMPTY_LEAST, 80)
             certain = certain and self._rule(residual_most - lines.residuals[position], 200)
+        certain = certain and self.margin >= self._margin_min
         if certain and self._allowed[marker_id]:
             self.marker_id = marker_id
             return verdicts.ACCEPTED

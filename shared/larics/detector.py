@@ -125,6 +125,8 @@ class Detector:
     allowed_ids      IDs that may be reported; None: all that the family uses
     allow_id0        also report ID 0, which has no coding line
     second_opinion   judge the best rejected candidate by a model of blur when no marker has been read
+    margin_min       0..255: no marker of a smaller margin is reported. More makes wrong IDs rarer and misses
+                     more of what is covered, dirty or badly lit
     max_tilt_deg     of the camera, 0..40: widens the range of radii by what tilt shortens
     confirm          (n, m): an ID seen in fewer than n of the last m frames has FLAG_UNCONFIRMED; None: off
 
@@ -134,7 +136,7 @@ class Detector:
     def __init__(
         self, width, height, radius_min_px=25, radius_max_px=35, line_mm=None, family=LARICS3,
         allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
-        max_tilt_deg=0,
+        max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN,
     ):  # fmt: skip
         if not (64 <= width <= 1024 and 48 <= height <= 1024):
             raise ValueError("frames are 64x48 to 1024x1024 px, not %dx%d" % (width, height))
@@ -145,6 +147,8 @@ class Detector:
             )
         if not 0 <= max_tilt_deg <= 40:
             raise ValueError("the tilt is 0 to 40 degrees, not %s" % max_tilt_deg)
+        if not 0 <= margin_min <= 255:
+            raise ValueError("the margin is 0 to 255, not %s" % margin_min)
         self.width = width
         self.height = height
         self.family = family
@@ -177,13 +181,16 @@ class Detector:
         self.lines = LineReader(width, height, family, line_mm10)
         if allowed_ids is None:
             allowed_ids = range(8)
-        self.judge = verdicts.Judge([i for i in allowed_ids if i or allow_id0 or family.allow_id0])
+        allowed_ids = [i for i in allowed_ids if i or allow_id0 or family.allow_id0]
+        self.judge = verdicts.Judge(allowed_ids, margin_min)
         self.second = None
         if second_opinion:
             from larics.model import SecondOpinion  # a board with little memory does without
 
             if SecondOpinion.knows(family):
-                self.second = SecondOpinion(width, height, family, line_mm10, self.judge.allowed)
+                self.second = SecondOpinion(
+                    width, height, family, line_mm10, self.judge.allowed, margin_min
+                )
         self._confirm_least, frames = confirm or (0, 0)
         if confirm and not 1 <= self._confirm_least <= frames <= 255:
             raise ValueError("confirm is (n, m) with 1 <= n <= m <= 255, not %s" % (confirm,))

@@ -40,12 +40,12 @@ class SecondOpinion:
     blur, rings, lines         what was measured
     """
 
-    def __init__(self, width, height, family, line_mm10, allowed):
+    def __init__(self, width, height, family, line_mm10, allowed, margin_min):
         self.candidates = Candidates()
         self.blur = BlurModel(family, line_mm10)
         self.rings = BlurredRings(width, height, self.blur)
         self.lines = BlurredLines(family, self.blur)
-        self.judge = BlurredJudge(family, allowed)
+        self.judge = BlurredJudge(family, allowed, margin_min)
         self._settled = False  # the rings have been fitted without the lines
         self._hidden = False  # a sharp picture may show that something hides a bit
         self.x_q8 = self.y_q8 = self.heading_cdeg = 0

@@ -35,6 +35,7 @@ def make_detector(settings, size=None):
         confirm=confirm,
         second_opinion=settings.second_opinion,
         max_tilt_deg=(settings.max_tilt_cdeg + 99) // 100,
+        margin_min=settings.margin_min,
     )
     return Follower(detector) if settings.tracking else detector
 

@@ -134,6 +134,7 @@ FIELDS = (
     Field(29, "confirm_frames", "int", 1, 1, 10, "frames", "... of so many"),
     Field(30, "max_tilt_cdeg", "int", 0, 0, 4000, "0.01 deg", "of the camera: widens the radii searched"),
     Field(31, "max_speed_mm_s", "int", 500, 0, 5000, "mm/s", "fastest drive, for the motion blur limit"),
+    Field(32, "margin_min", "int", 16, 0, 255, "", "report no marker of less; more: fewer wrong and found"),
     Field(
         40,
         "baud",

@@ -31,7 +31,7 @@ VERDICT_NAMES = (
 )  # fmt: skip
 
 _RULES = const(7)  # of one step, at most
-_MARGIN_LEAST = const(16)  # what is as close as that to a limit is more often furniture than a marker
+MARGIN_MIN = const(16)  # what is closer than that to a limit is more often furniture than a marker
 _POSE_MARGIN = const(72)  # a pose without an ID needs at least that margin
 _IN_DOUBT = const(8)  # instead of an ID
 
@@ -39,10 +39,13 @@ _IN_DOUBT = const(8)  # instead of an ID
 class Judge:
     """Judges one candidate at a time.
 
+    allowed_ids         those that may be told; margin_min: smallest margin that is believed
     marker_id, margin   of the last one
     """
 
-    def __init__(self, allowed_ids):
+    def __init__(self, allowed_ids, margin_min):
+        self._margin_min = margin_min
+        self._pose_margin = max(_POSE_MARGIN, margin_min)
         self.allowed = bytearray(8)
         for marker_id in allowed_ids:
             self.allowed[marker_id] = 1
@@ -51,9 +54,9 @@ class Judge:
         self._rules = array("i", bytes(8 * _RULES))
 
     def _hold(self, count):
-        """Whether the first `count` rules hold; the margin becomes that of the weakest."""
+        """Whether the first `count` rules hold far enough; the margin becomes that of the weakest."""
         self.margin = kernels.weakest_rule(self._rules, 0, self.margin, count)
-        return self.margin >= _MARGIN_LEAST
+        return self.margin >= self._margin_min
 
     def first_look(self, rings, deviation_q10):
         """Whether the rings are worth another look after their first passes, which left that deviation at
@@ -91,4 +94,4 @@ class Judge:
                 return ACCEPTED
             if marker_id == 0:
                 return NO_CODE
-        return ID_UNCERTAIN if self.margin >= _POSE_MARGIN else NOT_EMPTY
+        return ID_UNCERTAIN if self.margin >= self._pose_margin else NOT_EMPTY

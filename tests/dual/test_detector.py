@@ -147,6 +147,19 @@ def test_wrong_arguments_are_refused():
     assert raises(finder.detect, bytearray(WIDTH * HEIGHT - 1))
     assert raises(Detector, WIDTH, HEIGHT, 22, 30, None, finder.family, None, False, (3, 2))
     assert len(finder.detect(bytearray(WIDTH * HEIGHT))) == 0
+    for margin in (-1, 256):
+        try:
+            detector(margin_min=margin)
+            raise AssertionError(margin)
+        except ValueError:
+            pass
+
+
+def test_what_is_less_certain_than_asked_for_is_not_reported():
+    picture = drawn(*DRAWN[0])
+    margin = detector().detect(picture)[0].margin
+    assert detector(margin_min=margin).detect(picture)[0].margin == margin
+    assert len(detector(margin_min=margin + 1).detect(picture)) == 0
 
 
 def raises(function, *arguments):

@@ -10,6 +10,7 @@ from plain_marker import plain_frame
 from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, NO_ID, Detection
 from larics_host import cli, detectors, drawing
 from larics_host.errors import UserError
+from larics_host.render import render_frame
 
 RADIUS = ("--radius-px", "25:35")
 
@@ -90,6 +91,21 @@ def test_ids_in_use_and_line_width_are_options(tmp_path, capsys):
     assert detect(tmp_path, "--json", "--line-mm", 8, "--ids", "1,2", *RADIUS) == 0
     reads = [[found["id"] for found in one["detections"]] for one in objects(capsys.readouterr().out)]
     assert reads[0] == [6] and 6 not in reads[1]
+
+
+def test_what_is_believed_is_an_option(tmp_path, capsys):
+    save(tmp_path / "blurred.pgm", render_frame("sunny", 1203, 0, blur_px=10)[0])
+    save(tmp_path / "sharp.pgm", render_frame("sunny", 1203, 0)[0])
+    save(tmp_path / "tilted.pgm", render_frame("sunny", 1203, 3, tilt_deg=38)[0])
+
+    def ids(*options):
+        assert detect(tmp_path, "--json", "--radius-px", "25:35", *options) == 0
+        return [[found["id"] for found in one["detections"]] for one in objects(capsys.readouterr().out)]
+
+    assert ids() == [[6], [6], []]
+    assert ids("--no-second-opinion") == [[], [6], []]
+    assert ids("--margin-min", 120) == [[], [6], []]
+    assert ids("--max-tilt", 38) == [[6], [6], [6]]
 
 
 def test_frames_of_different_sizes_in_one_run(tmp_path, capsys):
@@ -195,6 +211,9 @@ def test_frames_too_small_are_reported_once(folder, tmp_path, capsys):
         (["good.pgm", "--ids", "8"], "--ids"),
         (["good.pgm", "--ids", "0,1"], "--allow-id0"),
         (["good.pgm", "--ids", "1", "--method", "paper"], "--ids"),
+        (["good.pgm", "--max-tilt", "41"], "--max-tilt 41"),
+        (["good.pgm", "--margin-min", "256"], "--margin-min 256"),
+        (["good.pgm", "--margin-min", "40", "--method", "paper"], "--margin-min"),
         (["good.pgm", "--draw", "good.pgm"], "cannot write to good.pgm"),
         ([], "FRAME"),
     ],
