@@ -42,10 +42,10 @@ class Candidates:
         """Begins a new frame."""
         self._count = 0
 
-    def remember(self, x_q8, y_q8, radius_min_q8, radius_max_q8, verdict):
-        """Keeps a candidate, unless one nearby came as far."""
+    def remember(self, x_q8, y_q8, radius_min_q8, radius_max_q8, verdict, votes):
+        """Keeps a candidate, unless one nearby came as far; of those that came as far, by their votes."""
         items = self.items
-        rank = _RANKS[verdict]
+        rank = (_RANKS[verdict] << 16) + votes
         near_q8 = radius_min_q8 >> 2
         for index in range(self._count):
             slot = _ITEMS * index

@@ -303,10 +303,10 @@ class Detector:
         """Finds candidates for the second opinion alone: lines that are blurred need not look like lines."""
         for scale in self._scales:
             edges = scale.edges.find_blurred(frame, not self._tiny(scale))
-            for index in range(self._vote(scale, edges)):
+            for index in range(0, 3 * self._vote(scale, edges), 3):
                 self.second.candidates.remember(
-                    self._centres[3 * index + 1] - 32768, self._centres[3 * index + 2] - 32768,
-                    scale.radius_min_q8, scale.radius_max_q8, verdicts.NO_RADIUS,
+                    self._centres[index + 1] - 32768, self._centres[index + 2] - 32768, scale.radius_min_q8,
+                    scale.radius_max_q8, verdicts.NO_RADIUS, self._centres[index],
                 )  # fmt: skip
 
     def _vote(self, scale, edges):
@@ -367,7 +367,9 @@ class Detector:
             verdict = verdicts.POOR_RINGS
         counts.verdicts[verdict] += 1
         if verdict and self.second is not None:
-            self.second.candidates.remember(x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, verdict)
+            self.second.candidates.remember(
+                x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, verdict, 0
+            )
         if verdict > verdicts.ID_UNCERTAIN:
             return False
         self._report(verdict, flags)

@@ -57,12 +57,6 @@ class EdgeFinder:
             for slot, length_q8 in enumerate((-beyond_q8, -dark_q8, light_q8)):
                 dx, dy = offset_px(length_q8, direction)
                 self._probes[direction * 3 + slot] = dy * width + dx + 32768
-        # a blurred line is no thin line any more: what is compared is the gradient with itself
-        self._any_probes = array("H", bytes(DIRECTIONS * 6))
-        for direction in range(DIRECTIONS):
-            for slot, sign in enumerate((1, -1, 1)):
-                dx, dy = offset_px(sign * (reach << 8), direction)
-                self._any_probes[direction * 3 + slot] = dy * width + dx + 32768
         margin = max((beyond_q8 + 511) >> 8, reach)
         self._left = self._top = (margin + step - 1) // step * step
         self._right = width - margin
@@ -70,7 +64,7 @@ class EdgeFinder:
 
     def memory(self):
         """Bytes of the tables."""
-        return 2 * DIRECTIONS * 6
+        return DIRECTIONS * 6
 
     def measure_threshold(self, frame):
         """Adapts the threshold to the gradients of the whole frame."""
@@ -91,23 +85,21 @@ class EdgeFinder:
             right = self._right
         if bottom > self._bottom:
             bottom = self._bottom
-        return self._list(frame, left, right, top, bottom, self.threshold, self._probes)
+        return self._list(frame, left, right, top, bottom, self.threshold, 1)
 
     def find_blurred(self, frame, faint):
         """Lists all edges of the frame, whether of thin lines or not, and returns their number.
 
         faint: with a lower threshold"""
         threshold = max(2, self.threshold * 3 >> 2) if faint else self.threshold
-        return self._list(
-            frame, self._left, self._right, self._top, self._bottom, threshold, self._any_probes
-        )
+        return self._list(frame, self._left, self._right, self._top, self._bottom, threshold, 0)
 
-    def _list(self, frame, left, right, top, bottom, threshold, probes):
+    def _list(self, frame, left, right, top, bottom, threshold, thin):
         self.steep = kernels.steep_positions(
             frame, 0, 0, self.width, self.reach, left, right, top, bottom, self.step, threshold * threshold,
             self.edges, self._capacity,
         )  # fmt: skip
         return kernels.thin_line_edges(
             frame, 0, 0, 0, self.edges, self.steep, self.width * self.reach, self.reach, threshold,
-            tables.DIRECTION_48, probes,
+            tables.DIRECTION_48, self._probes, thin,
         )  # fmt: skip

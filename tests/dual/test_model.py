@@ -103,9 +103,9 @@ def test_candidates_are_kept_by_promise_and_once():
     second = SecondOpinion(WIDTH, HEIGHT, LARICS3, 175, bytearray(8), 16)
     candidates = second.candidates
     for x, said in ((10, verdict.NO_RADIUS), (30, verdict.NO_ORIENTATION), (11, verdict.NO_RADIUS)):
-        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said)
+        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said, 0)
     for x in range(50, 120, 10):
-        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, verdict.NO_FIT)
+        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, verdict.NO_FIT, 200 - x)
     kept = [candidates.items[12 * index + X_Q8] >> 8 for index in range(8)]
     assert kept == [30, 50, 60, 70, 80, 90, 100, 110]
     candidates.forget()

@@ -44,7 +44,7 @@ def steep_positions(random):
 
 def thin_line_edges(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for reach, threshold in ((1, 1), (2, 12), (3, 400)):
+        for reach, threshold, thin in ((1, 1, 1), (2, 12, 1), (3, 400, 1), (2, 12, 0)):
             count = 60
             edges = zeros32(count)
             for i in range(count):
@@ -55,7 +55,8 @@ def thin_line_edges(random):
                 dy = random.between(-PROBE_PX, PROBE_PX)
                 probes[i] = 32768 + dy * WIDTH + random.between(-PROBE_PX, PROBE_PX)
             yield (
-                frame, 0, 0, 0, edges, count, WIDTH * reach, reach, threshold, tables.DIRECTION_48, probes
+                frame, 0, 0, 0, edges, count, WIDTH * reach, reach, threshold, tables.DIRECTION_48, probes,
+                thin,
             )  # fmt: skip
 
 

@@ -124,9 +124,11 @@ def steep_positions(
 @micropython.viper
 def thin_line_edges(
     image: ptr8, position: int, a: int, b: int, edges: ptr32, count: int, row_reach: int, reach: int,
-    threshold: int, directions: ptr8, probes: ptr16,
+    threshold: int, directions: ptr8, probes: ptr16, thin: int,
 ) -> int:  # fmt: skip
     """Keeps, in place, the positions that are edges of thin dark lines, as position | direction << 20.
+
+    With thin = 0 all are kept: a blurred line is no thin line any more.
 
     The direction (0..47, of 48 in a turn, clockwise from x since y points down) is that of the 3x3 Sobel
     gradient with spacing `reach`, towards the light side; `directions` has 136 entries (tables.DIRECTION_48).
@@ -158,13 +160,18 @@ def thin_line_edges(
         else:
             slot += 17 + ((a << 4) + (b >> 1)) // b
         slot = int(directions[slot])
-        gx = slot * 3
-        position -= 32768
-        b = int(image[position + int(probes[gx + 1])])
-        a = int(image[position + int(probes[gx])]) - b
-        if a + a > threshold:
+        a = 1
+        b = 0
+        if thin:
+            gx = slot * 3
+            position -= 32768
+            b = int(image[position + int(probes[gx + 1])])
+            a = int(image[position + int(probes[gx])]) - b
             b = int(image[position + int(probes[gx + 2])]) - b
-            if a * 3 >= b:
-                edges[kept] = (position + 32768) | (slot << 20)
-                kept += 1
+            position += 32768
+            if a + a <= threshold:
+                a = 0 - 256
+        if a * 3 >= b:
+            edges[kept] = position | (slot << 20)
+            kept += 1
     return kept
