@@ -97,14 +97,12 @@ class BlurredRings:
         pitch = max(24, low_q8 // 20)
         first = low_q8 * 13 // 24 // pitch
         count = high_q8 * 29 // 24 // pitch - first + 2
-        if not kernels.polar_samples(
-            frame, 0, 0, 0, self.width, self.height, x_q8, y_q8, COSINE, 32, 8, 4, 16384, 0, pitch * 24, 0, 0,
-            0, 0, first, count, self.samples,
-        ):  # fmt: skip
-            return 0
+        kernels.circle_samples(
+            frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, first * pitch, pitch, count, self.samples
+        )
         score = kernels.sector_radii(
-            self.samples, 0, 0, count, first * pitch, pitch, low_q8, high_q8, self.radius_q8,
-            blur.templates, blur.sums[0], _COARSE_MATCH, self._means, self._outer,
+            self._means, 0, 0, self.samples, count, first * pitch, pitch, low_q8, high_q8, self.radius_q8,
+            blur.templates, blur.sums[0], _COARSE_MATCH, self._outer,
         )  # fmt: skip
         used = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 8, self.radius_q8 // 6, result)
         self.x_q10 += result[1] - _ZERO

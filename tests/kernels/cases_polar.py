@@ -23,6 +23,13 @@ def polar_samples(random):
             )  # fmt: skip
 
 
+def circle_samples(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for cx, cy, first, pitch in ((36 * 256, 30 * 256, 256, 80), (27 * 256 + 77, 31 * 256 + 201, 0, 90)):
+            samples = words(32 * 70, random)
+            yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, first, pitch, 70, samples
+
+
 def mean_samples(random):
     for kind in KINDS:
         for sectors, count in ((32, 16), (8, 24)):
@@ -35,9 +42,14 @@ def sector_radii(random):
         for sigma, motion in BLURS:
             templates, sums = templates_of(bars_of(sigma, motion))
             yield (
-                grey_samples(kind, 32 * 48, random), 0, 0, 48, 12 * 64, 64, 24 * 64, 36 * 64, 30 * 64,
-                templates, sums[0], 150, words(48, random), ints(32, random),
+                words(48, random), 0, 0, grey_samples(kind, 32 * 48, random), 48, 12 * 64, 64, 24 * 64,
+                36 * 64, 30 * 64, templates, sums[0], 150, ints(32, random),
             )  # fmt: skip
 
 
-CASES = {"polar_samples": polar_samples, "mean_samples": mean_samples, "sector_radii": sector_radii}
+CASES = {
+    "polar_samples": polar_samples,
+    "circle_samples": circle_samples,
+    "mean_samples": mean_samples,
+    "sector_radii": sector_radii,
+}

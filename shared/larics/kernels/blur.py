@@ -125,11 +125,16 @@ def ring_templates(
                 mean += value
                 templates[slot + i] = value + 32768
                 i += 1
+            rest = mean & 15
             mean = mean >> 4
             square = 0
             i = slot
             while i < slot + 16:
+                # the rest is spread over the first items, so that all add up to nothing
                 value = int(templates[i]) - mean
+                if rest > 0:
+                    value -= 1
+                    rest -= 1
                 templates[i] = value
                 value -= 32768
                 square += value * value

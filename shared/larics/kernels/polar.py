@@ -70,6 +70,36 @@ def polar_samples(
 
 
 @micropython.viper
+def circle_samples(
+    image: ptr8, x: int, y: int, width: int, cx: int, cy: int, cosines: ptr16, directions: int, first: int,
+    pitch: int, count: int, samples: ptr16,
+) -> int:  # fmt: skip
+    """samples[k * count + i] = grey of the pixel at the distance first + i * pitch in direction k + 1/2.
+
+    cx, cy, first, pitch: 1/256 px; directions: a power of two, at most 128; cosines:
+    tables.COSINE_Q14_BIASED. All must lie inside the frame. Returns 0."""
+    step = 256 // directions
+    entry = step >> 1
+    slot = 0
+    while directions > 0:
+        directions -= 1
+        dx = int(cosines[entry]) - 32768
+        dy = 32768 - int(cosines[entry + 64])
+        entry += step
+        x = (cx << 8) + (dx * first >> 6) + 32768
+        y = (cy << 8) + (dy * first >> 6) + 32768
+        dx = dx * pitch >> 6
+        dy = dy * pitch >> 6
+        end = slot + count
+        while slot < end:
+            samples[slot] = int(image[(y >> 16) * width + (x >> 16)]) << 4
+            x += dx
+            y += dy
+            slot += 1
+    return 0
+
+
+@micropython.viper
 def mean_samples(samples: ptr16, i: int, slot: int, sectors: int, count: int, means: ptr16) -> int:
     """means[s * count + i] = mean of the directions 2 s and 2 s + 1, with their offset removed.
 
@@ -101,14 +131,14 @@ def mean_samples(samples: ptr16, i: int, slot: int, sectors: int, count: int, me
 
 @micropython.viper
 def sector_radii(
-    samples: ptr16, i: int, value: int, count: int, first: int, pitch: int, least: int, last: int,
-    reference: int, templates: ptr16, square: int, least_match: int, profile: ptr16, shifts: ptr32,
+    profile: ptr16, position: int, product: int, samples: ptr16, count: int, first: int, pitch: int,
+    least: int, last: int, reference: int, templates: ptr16, square: int, least_match: int, shifts: ptr32,
 ) -> int:  # fmt: skip
     """The outer radius of the rings in every other of 32 sectors, where the template of both correlates best.
 
     samples: `count` greys in each of 32 directions, from the distance `first` on in steps of `pitch` (1/256
     px, like the radii); radii from `least` to `last` are tried in steps of 1/20; templates and square: one
-    template of blur.ring_template and its sum of squares; profile: `count` items, scratch space. shifts: for
+    template of blur.ring_templates and its sum of squares; profile: `count` items, scratch space. shifts: for
     each sector the distance from the radius `reference` (1/1024 px) + 2**20, or 0 where the correlation's
     square is below least_match (1/1024). Returns the sum of those squares."""
     whole = 0
@@ -117,42 +147,61 @@ def sector_radii(
     while sector < 32:
         left = ((sector + 31) & 31) * count
         right = ((sector + 1) & 31) * count
-        base = sector * count
-        i = 0
-        while i < count:
-            value = int(samples[left + i]) + int(samples[right + i]) + (int(samples[base + i]) << 1)
-            profile[i] = value >> 2
+        i = sector * count
+        position = 0
+        while position < count:
+            product = int(samples[left]) + int(samples[right]) + (int(samples[i]) << 1)
+            profile[position] = product >> 2
+            left += 1
+            right += 1
             i += 1
+            position += 1
         best = 0
         best_radius = 0
+        most = 0
         radius = least
         while radius <= last:
             step = (radius << 8) // (24 * pitch)
-            position = 13 * step - (first << 8) // pitch + 128
-            offset = int(profile[position >> 8])
-            total = 0
-            power = 0
+            start = 13 * step - (first << 8) // pitch + 128
+            position = start
             product = 0
             i = 0
             while i < 16:
-                value = int(profile[position >> 8]) - offset
-                total += value
-                power += value * value
-                product -= value * (int(templates[i]) - 32768)
+                product -= int(profile[position >> 8]) * (int(templates[i]) - 32768)
                 position += step
-                i += 1
-            total = total >> 2
-            power = power - total * total + 16
-            value = 0
-            if product > 0 and power > 0:
-                value = (product << 4) // square
-                if power < 1048576:
-                    value = value * ((product << 7) // ((power >> 6) + 1)) >> 13
-                else:
-                    value = value * ((product << 3) // ((power >> 10) + 1)) >> 13
-            if value > best:
-                best = value
-                best_radius = radius
+                product -= int(profile[position >> 8]) * (int(templates[i + 1]) - 32768)
+                position += step
+                product -= int(profile[position >> 8]) * (int(templates[i + 2]) - 32768)
+                position += step
+                product -= int(profile[position >> 8]) * (int(templates[i + 3]) - 32768)
+                position += step
+                i += 4
+            # the rings are not where half as much was found elsewhere
+            if product > most >> 1:
+                if product > most:
+                    most = product
+                position = start
+                offset = int(profile[position >> 8])
+                total = 0
+                power = 0
+                i = 0
+                while i < 16:
+                    value = int(profile[position >> 8]) - offset
+                    total += value
+                    power += value * value
+                    position += step
+                    i += 1
+                total = total >> 2
+                power = power - total * total + 16
+                if power > 0:
+                    value = (product << 4) // square
+                    if power < 1048576:
+                        value = value * ((product << 7) // ((power >> 6) + 1)) >> 13
+                    else:
+                        value = value * ((product << 3) // ((power >> 10) + 1)) >> 13
+                    if value > best:
+                        best = value
+                        best_radius = radius
             radius += radius // 20
         whole += best
         shifts[sector] = 0
