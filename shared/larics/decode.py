@@ -13,16 +13,17 @@ except ImportError:
     from larics._cpython import const
 
 from larics.fixed import COSINE, LOG_GREY
+from larics.kernels import code, directions
 from larics.kernels import lines as kernels
 
 POSITIONS = const(8)  # every 45 degrees from the orientation line; 2, 4 and 6 carry the bits
 
 # result items of the kernel line_crossings
-_ROTATION = const(4)
 _SLOPE = const(5)
 _AREA = const(7)
 _GAP = const(8)
 _SLOPE_MOST = const(9)
+_ANGLE = const(10)
 
 _HYPOTHESES = const(3)
 _SAMPLES = const(3)  # in each direction of the annulus
@@ -72,14 +73,14 @@ class LineReader:
         self._profile = array("H", bytes(512))
         self._depths = array("H", bytes(512))
         self._picks = array("i", bytes(8 * _HYPOTHESES))
-        self.line = array("i", bytes(40))
+        self.line = array("i", bytes(44))
         self.code = array("i", bytes(20 * POSITIONS))
         self.code_inside = 1
         self.angle_turn16 = self.rivals = self.second_q8 = self.end_q8 = 0
 
     def memory(self):
         """Bytes of the buffers."""
-        return 1024 + 8 * _HYPOTHESES + 56 + 20 * POSITIONS
+        return 1024 + 8 * _HYPOTHESES + 72 + 20 * POSITIONS
 
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
@@ -92,14 +93,13 @@ class LineReader:
         first_q8 = radius_q8 * self._annulus_first_q10 >> 10
         last_q8 = radius_q8 * self._annulus_last_q10 >> 10
         stride = self._stride
-        directions = 256 // stride
-        kernels.annulus_profile(
+        directions.annulus_profile(
             frame, 0, 0, 0, LOG_GREY, COSINE, self.width, self.height, x_q8, y_q8, first_q8,
             (last_q8 - first_q8) // (_SAMPLES - 1), _SAMPLES, stride, self._profile,
         )  # fmt: skip
         picks = self._picks
-        found = kernels.dark_directions(
-            self._profile, 0, 0, directions, 10 // stride, 14 // stride, 12 // stride, self._depths,
+        found = directions.dark_directions(
+            self._profile, 0, 0, 256 // stride, 10 // stride, 14 // stride, 12 // stride, self._depths,
             _HYPOTHESES, picks
         )
         best_turn16 = best_q8 = 0
@@ -135,14 +135,12 @@ class LineReader:
         )  # fmt: skip
 
     def _measure(self, frame, rings, angle_turn16, rounds):
-        area = rings.outer_area_near(angle_turn16)
-        for _ in range(rounds):
-            kernels.line_crossings(
-                0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, rings.fit, self._shape,
-                angle_turn16, area, self.line,
-            )  # fmt: skip
-            angle_turn16 = (angle_turn16 + self.line[_ROTATION]) & 65535
-        self.angle_turn16 = angle_turn16
+        line = self.line
+        kernels.line_crossings(
+            0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, rings.fit, self._shape, angle_turn16,
+            rounds, rings.outer_means, line,
+        )  # fmt: skip
+        self.angle_turn16 = line[_ANGLE]
 
     def read_code(self, frame, rings):
         """Measures the eight positions inside the inner ring."""
@@ -151,7 +149,7 @@ class LineReader:
         area = rings.area
         first_q8 = radius_q8 * self._code_first_q10 >> 10
         pitch_q8 = ((radius_q8 * self._code_last_q10 >> 10) - first_q8) // (_CODE_RADII - 1)
-        self.code_inside = kernels.code_positions(
+        self.code_inside = code.code_positions(
             0, 0, 0, frame, LOG_GREY, COSINE, self.width, self.height, (rings.true_x_q10 + 2) >> 2,
             (rings.true_y_q10 + 2) >> 2, self.angle_turn16, first_q8, pitch_q8, _CODE_RADII,
             line_q8 // 2 + (radius_q8 * self._gap_q10 >> 11), _CODE_OPENING, (area << 5) // line_q8, area + 1,

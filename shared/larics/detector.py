@@ -36,7 +36,7 @@ RADIUS_MOST_PX = const(72)
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
 _DEVIATION_FIRST_Q10 = const(1300)  # of the rings after the first pass; of tilted markers up to 1100
 _DEVIATION_Q10 = const(480)  # after the first passes
-_FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/64, is followed by others,
+_FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/51, is followed by others,
 _COARSE_PASSES = const(3)  # at most that many
 _SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeated
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
@@ -161,7 +161,7 @@ class Detector:
         self._scales = _scales(_tilted_px(radius_min_px, max_tilt_deg), radius_max_px)
 
         smallest = min([scale.step for scale in self._scales])
-        edges_capacity = max(400, width * height // (smallest * smallest) * 3 // 8)
+        edges_capacity = max(400, width * height // (smallest * smallest) * 5 // 16)
         self._edges = array("i", bytes(4 * (edges_capacity + 1)))
         self._histogram = array("H", bytes(256))
         grids = [CellGrid(width, height, scale.step, scale.radius_max_q8) for scale in self._scales]
@@ -333,15 +333,17 @@ class Detector:
         if left >= right or top >= bottom:
             return
         reach = (radius_q8 + (radius_q8 >> 3) >> 8) + 4
+        # a good prediction is all that the fit needs; no edges are looked for
+        radius_q8 = min(max(radius_q8, scale.radius_min_q8), scale.radius_max_q8)
+        if self._candidate(frame, scale, 0, x_q8, y_q8, radius_q8, FLAG_TRACKED):
+            return
         if not scale.edges.threshold:
             scale.edges.measure_threshold(frame)
         edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
         self._count_edges(scale, edges)
-        if not self._candidate(frame, scale, edges, x_q8, y_q8, FLAG_TRACKED, True):
-            # the prediction was not good enough for a start: vote in the window
-            centres = scale.votes.find(self._edges, edges, self.width, left, right, top, bottom)
-            self.counts.votes += scale.votes.votes
-            self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
+        centres = scale.votes.find(self._edges, edges, self.width, left, right, top, bottom)
+        self.counts.votes += scale.votes.votes
+        self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
 
     def _count_edges(self, scale, edges):
         counts = self.counts
@@ -356,13 +358,15 @@ class Detector:
             y_q8 = found[index + 2] - 32768
             if self._count < MARKERS and not (self._count and self._taken(x_q8, y_q8)):
                 promising = found[index] >= scale.votes.least_score
-                self._candidate(frame, scale, edges, x_q8, y_q8, flags, promising)
+                self._candidate(frame, scale, edges if promising else 0, x_q8, y_q8, 0, flags)
 
-    def _candidate(self, frame, scale, edges, x_q8, y_q8, flags, promising):
-        """Examines one candidate centre and reports it when it is a marker; returns whether it is."""
+    def _candidate(self, frame, scale, edges, x_q8, y_q8, radius_q8, flags):
+        """Examines one candidate, with a predicted radius or with edges, and reports it when it is a marker.
+
+        Returns whether it is."""
         counts = self.counts
         counts.candidates += 1
-        verdict = self._examine(frame, scale, edges, x_q8, y_q8) if promising else verdicts.NO_RADIUS
+        verdict = self._examine(frame, scale, edges, x_q8, y_q8, radius_q8)
         if verdict <= verdicts.ID_UNCERTAIN and self.second is not None and self.rings.radius_q8 < _TINY_Q8:
             verdict = verdicts.POOR_RINGS
         counts.verdicts[verdict] += 1
@@ -412,24 +416,28 @@ class Detector:
                 return True
         return False
 
-    def _examine(self, frame, scale, edges, x_q8, y_q8):
-        """Fits and reads one candidate and returns the verdict."""
+    def _examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
+        """Fits and reads one candidate and returns the verdict. Radius 0: the `edges` tell it."""
         rings = self.rings
         lines = self.lines
         judge = self.judge
-        if not rings.coarse(
+        deviation_q10 = _DEVIATION_FIRST_Q10
+        if radius_q8:
+            rings.start(x_q8 << 2, y_q8 << 2, radius_q8)
+            deviation_q10 = _DEVIATION_Q10
+        elif not edges or not rings.coarse(
             self._edges, edges, x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, scale.edges.half_line_q8
         ):
             return verdicts.NO_RADIUS
         if not rings.refine(frame, 6, 3, 192):
             return verdicts.NO_FIT
-        if not judge.first_look(rings, _DEVIATION_FIRST_Q10):
+        if not judge.first_look(rings, deviation_q10):
             return verdicts.POOR_RINGS
         more = _COARSE_PASSES
-        while rings.moved_q10 > max(_FAR_OFF_Q10, rings.radius_q8 >> 4) or (
+        while rings.moved_q10 > max(_FAR_OFF_Q10, rings.radius_q8 * 5 >> 6) or (
             more == _COARSE_PASSES and rings.radius_q8 < _SMALL_Q8
         ):
-            if not more or not rings.refine(frame, 12, 3, 192):
+            if not more or not rings.refine(frame, 12 if rings.radius_q8 < _SMALL_Q8 else 6, 3, 192):
                 return verdicts.NO_FIT
             more -= 1
         if not judge.first_look(rings, _DEVIATION_Q10):

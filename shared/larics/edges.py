@@ -16,7 +16,8 @@ DIRECTIONS = 48
 _THRESHOLD_FLOOR = const(3)  # grey levels over 2 * reach px
 _MEDIAN_Q4 = const(40)  # threshold = 2.5 medians of the gradient,
 _SHARE_MIN = const(60)  # but at least that many 1024ths of the pixels pass
-_SHARE_MAX = const(110)  # and at most that many
+_SHARE_MAX = const(92)  # and at most that many,
+_MARKER_SHARE = const(2152)  # and what a marker's own edges may be of the frame, by its lines' width
 
 
 def offset_px(length_q8, direction):
@@ -48,6 +49,7 @@ class EdgeFinder:
         self.threshold = 0  # not measured yet
         self.steep = 0
         self._capacity = len(edges) - 1
+        self._share_max = min(512, _SHARE_MAX + _MARKER_SHARE * line_q8 // (width * height))
         self._histogram = histogram
         dark_q8 = max(line_q8 // 2, 256)
         light_q8 = max(line_q8 * 4 // 7, 300)
@@ -73,7 +75,7 @@ class EdgeFinder:
             self.step * 4, self._histogram,
         )  # fmt: skip
         self.threshold = kernels.edge_threshold(
-            self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, _SHARE_MAX
+            self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, self._share_max
         )
 
     def find(self, frame, left, right, top, bottom):

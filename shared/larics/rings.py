@@ -146,10 +146,3 @@ class RingFit:
         self.moved_q10 = fit[kernels.MOVED_Q10]
         self.area = fit[kernels.AREA]
         return holds
-
-    def outer_area_near(self, angle_turn16):
-        """The outer ring's area on both sides of a clockwise angle: what a line there must show in this
-        light."""
-        beside = harmonics.mean_area(self.outer_means, 0, 0, (angle_turn16 >> 12) + 14, 5)
-        area = self.area
-        return min(area, max(beside, area >> 1)) if beside else area

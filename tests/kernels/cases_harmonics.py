@@ -66,14 +66,7 @@ def ring_harmonics(random):
     yield call(zeros32(128), 4, 100)
 
 
-def mean_area(random):
-    for first, count in ((0, 16), (14, 5), (1000, 0), (17, 3)):
-        yield ints(32, random, 0, 70000), 0, 0, first, count
-    yield zeros32(32), 0, 0, 14, 5
-
-
 CASES = {
     "end_pass": end_pass,
     "ring_harmonics": ring_harmonics,
-    "mean_area": mean_area,
 }

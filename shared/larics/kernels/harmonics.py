@@ -234,22 +234,3 @@ def end_pass(fit: ptr32, value: int, radius: int, outer: ptr32, inner: ptr32) ->
     fit[_TRUE_X_Q10] = x - ((dx * value + 32768) >> 16) + BIAS
     fit[_TRUE_Y_Q10] = y - ((dy * value + 32768) >> 16) + BIAS
     return 1
-
-
-@micropython.viper
-def mean_area(means: ptr32, i: int, total: int, first: int, count: int) -> int:
-    """Mean area of `count` sectors from `first` (any integer >= 0, modulo 16), the middle one left out.
-
-    means: 32 items as `ring_harmonics` leaves them; sectors without crossings do not count; 0 without any."""
-    total = 0
-    seen = 0
-    i = 0
-    while i < count:
-        area = int(means[16 + ((first + i) & 15)])
-        if area > 0 and i != count >> 1:
-            total += area
-            seen += 1
-        i += 1
-    if seen > 0:
-        total = total // seen
-    return total

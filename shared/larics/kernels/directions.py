@@ -1,0 +1,124 @@
+"""Which directions are dark around the rings: candidates of the orientation line.
+
+Angles count clockwise from x, because y points down. Darkness is in units of tables.LOG_GREY_Q8.
+"""
+
+try:
+    import micropython
+except ImportError:
+    from larics._cpython import micropython, ptr8, ptr16, ptr32
+
+
+@micropython.viper
+def annulus_profile(
+    image: ptr8, x: int, y: int, total: int, log: ptr16, cosine: ptr16, width: int, height: int, cx: int,
+    cy: int, first: int, pitch: int, samples: int, stride: int, profile: ptr16,
+) -> int:  # fmt: skip
+    """profile[k] = 1 + sum of the log greys of `samples` nearest pixels in direction k * stride / 256 turn.
+
+    cx, cy, first (radius) and pitch (between samples) in 1/256 px, radii below 32768; samples 1..16; 256 //
+    stride items; 0 where a sample would lie outside the frame. Returns the number of directions inside the
+    frame."""
+    # without a test for each direction when the whole annulus lies inside the frame
+    x = (first + pitch * samples) >> 8
+    near_border = 1
+    if (cx >> 8) > x and (cy >> 8) > x and (cx >> 8) + x + 2 < width and (cy >> 8) + x + 2 < height:
+        near_border = 0
+    inside = 0
+    k = 0
+    slot = 0
+    while k < 256:
+        dx = int(cosine[k]) - 32768
+        dy = 32768 - int(cosine[k + 64])
+        x = cx + 128 + ((first * dx) >> 14)
+        y = cy + 128 + ((first * dy) >> 14)
+        dx = (pitch * dx) >> 14
+        dy = (pitch * dy) >> 14
+        total = 0
+        i = samples
+        if near_border:
+            end_x = x + dx * samples
+            end_y = y + dy * samples
+            if x < 256 or y < 256 or end_x < 256 or end_y < 256:
+                i = 0
+            if (x >> 8) >= width or (y >> 8) >= height or (end_x >> 8) >= width or (end_y >> 8) >= height:
+                i = 0
+        if i > 0:
+            inside += 1
+            total = 1
+        while i > 0:
+            total += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x += dx
+            y += dy
+            i -= 1
+        profile[slot] = total
+        slot += 1
+        k += stride
+    return inside
+
+
+@micropython.viper
+def dark_directions(
+    profile: ptr16, k: int, depth: int, directions: int, near: int, far: int, apart: int, depths: ptr16,
+    capacity: int, result: ptr32,
+) -> int:  # fmt: skip
+    """The directions that are darker than both their sides, darkest first, as (direction, depth) in `result`.
+
+    The sides are the means of the directions `near` and `far` steps away (below `directions`); picks lie
+    more than `apart` steps apart and are at least 3/8 as deep as the first. depths: scratch space, one item
+    per direction. Returns their number, at most `capacity`."""
+    k = 0
+    while k < directions:
+        depth = int(profile[k])
+        depths[k] = 0
+        if depth > 0:
+            i = k + near
+            if i >= directions:
+                i -= directions
+            j = k + far
+            if j >= directions:
+                j -= directions
+            side = int(profile[i]) + int(profile[j])
+            i = k - near
+            if i < 0:
+                i += directions
+            j = k - far
+            if j < 0:
+                j += directions
+            other = int(profile[i]) + int(profile[j])
+            if other < side:
+                side = other
+            depth = (side >> 1) - depth
+            if depth > 0:
+                depths[k] = depth
+        k += 1
+    picked = 0
+    least = 1
+    while picked < capacity:
+        best = 0
+        where = 0
+        k = 0
+        while k < directions:
+            depth = int(depths[k])
+            if depth > best:
+                best = depth
+                where = k
+            k += 1
+        if best < least:
+            return picked
+        if picked == 0:
+            least = (best * 3 >> 3) + 1
+        result[picked + picked] = where
+        result[picked + picked + 1] = best
+        picked += 1
+        i = where - apart
+        j = 0
+        while j <= apart + apart:
+            k = i + j
+            if k < 0:
+                k += directions
+            if k >= directions:
+                k -= directions
+            depths[k] = 0
+            j += 1
+    return picked
