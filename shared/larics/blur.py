@@ -23,7 +23,7 @@ BAR = const(24)  # items of a bar
 ALONG = const(17)  # the bar that holds a line's profile along itself
 
 _RAMP = table16(tables.RAMP_Q12)
-_RING_BAR = const(14)  # items that the rings alone need
+_RING_BAR = const(13)  # items that the rings alone need
 _UNITS = const(24)  # of length in the outer radius
 _SECTORS = const(16)
 _FLOOR = const(512)  # of a sector's match, 1/1024: what is covered must not count more
@@ -71,23 +71,17 @@ class BlurModel:
 
     def prepare(self, sigma, motion, first, step, templates=True):
         """Bars, and templates, of the rels first, first + step, ...; of rel 0 alone when nothing moves."""
-        end = self._put_bars(sigma, motion, first, step, BAR)
-        if templates:
-            kernels.ring_templates(
-                self.bars, 0, 0, first if motion else 0, step, end, self.templates, self.sums
-            )
-        self._tried = -1
-
-    def _put_bars(self, sigma, motion, first, step, count):
-        """The first items of the bars of these rels; returns the rel behind the last."""
+        end = RELS
         if not motion:
             first = 0
-        end = RELS if motion else 1
+            end = 1
         kernels.blurred_bars(
-            _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, end, count,
+            _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, end, BAR,
             first * BAR, self.bars,
         )  # fmt: skip
-        return end
+        if templates:
+            kernels.ring_templates(self.bars, 0, 0, first, step, end, self.templates, self.sums)
+        self._tried = -1
 
     def search(self, means, again):
         """Finds the blur that explains 32 sectors' samples best: `means` as from kernels.polar.mean_samples.
@@ -99,7 +93,8 @@ class BlurModel:
             self._try(self.sigma, self.motion, self.direction)
         else:
             for sigma in range(0, len(SIGMAS), 4):
-                self._try(sigma, 0, 0)
+                if not self._try(sigma, 0, 0) and self.score > _FLOOR * _SECTORS:
+                    break
             if self.score < _STILL_SCORE:
                 farthest = _FARTHEST_MOTION * SIGMAS[self.sigma] * SIGMAS[self.sigma]
                 for motion in range(1, len(MOTIONS), 2):
@@ -120,42 +115,49 @@ class BlurModel:
             self._try_both(0, 0, 2)
 
     def _try_both(self, sigma, motion, direction):
-        """Tries what differs by these steps from the best so far, to both sides."""
-        sigma_before = self.sigma
-        motion_before = self.motion
-        direction_before = self.direction
-        self._try(sigma_before - sigma, motion_before - motion, direction_before - direction & 31)
-        self._try(sigma_before + sigma, motion_before + motion, direction_before + direction & 31)
+        """Tries what differs by these steps from the best so far, to one side and else to the other."""
+        if not self._try(self.sigma - sigma, self.motion - motion, self.direction - direction & 31):
+            self._try(self.sigma + sigma, self.motion + motion, self.direction + direction & 31)
 
     def _try(self, sigma, motion, direction):
-        """Tries a blur, in one even direction or in _ANY, and keeps it when it is better."""
-        if not (0 <= sigma < len(SIGMAS) and 0 <= motion < len(MOTIONS)):
-            return
-        first = 2 - direction & 3 if motion else 0
+        """Tries a blur, in one even direction or in _ANY, and keeps it when it is better; whether it is."""
+        if sigma < 0 or sigma >= len(SIGMAS) or motion < 0 or motion >= len(MOTIONS):
+            return False
+        templates = self.templates
+        sums = self.sums
+        first = 0
+        end = 1
+        if motion:
+            first = 2 - direction & 3
+            end = RELS
         tried = (sigma << 4 | motion) << 2 | first
         if tried != self._tried:
             self._tried = tried
-            end = self._put_bars(sigma, motion, first, 4, _RING_BAR)
-            kernels.fold_templates(self.bars, 0, 0, first, 4, end, self.templates, self.sums)
+            kernels.blurred_bars(
+                _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, 4, end, _RING_BAR,
+                first * BAR, self.bars,
+            )  # fmt: skip
+            kernels.fold_templates(self.bars, 0, 0, first, 4, end, templates, sums)
         if direction == _ANY:
             kernels.match_sectors(
-                self._folds, 0, 0, self.templates, _SECTORS, self._powers, self.sums, 0, 4, RELS,
-                self._matches,
+                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 0, 4, RELS, self._matches
             )  # fmt: skip
             score = kernels.best_direction(self._matches, 0, 0, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result)
             direction = self._result[0]
         else:
             score = kernels.match_direction(
-                self._folds, 0, 0, self.templates, _SECTORS, self._powers, self.sums, 4, 2, direction,
+                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 4, 2, direction,
                 0 if motion else 1, _FLOOR,
             )  # fmt: skip
         if motion:
             score -= _MOTION_COST
-        if score > self.score:
-            self.score = score
-            self.sigma = sigma
-            self.motion = motion
-            self.direction = direction
+        if score <= self.score:
+            return False
+        self.score = score
+        self.sigma = sigma
+        self.motion = motion
+        self.direction = direction
+        return True
 
     def rel(self, angle_turn16):
         """The rel of a direction."""

@@ -132,14 +132,17 @@ class BlurredRings:
 
         Without lines the blur is searched for, too. False when the rings do not hold."""
         for turn in range(turns):
-            if not self.sample(frame, _FIRST, _COUNT, DIRECTIONS, 4, 2, 16384, 0):
+            # at first one direction in each of 32 sectors will do
+            first = lines is None and turn == 0
+            directions = 32 if first else DIRECTIONS
+            step = 256 // directions
+            if not self.sample(frame, _FIRST, _COUNT, directions, step, step >> 1, 16384, 0):
                 return False
             if lines is not None:
-                lines.erase(self, DIRECTIONS, _FIRST, _COUNT)
-            kernels.mean_samples(self.samples, 0, 0, 32, _COUNT, self._means)
+                lines.erase(self, directions, _FIRST, _COUNT)
+            kernels.mean_samples(self.samples, 0, 0, 0 if first else _COUNT, 32, _COUNT, self._means)
             if lines is None and turn < 2:
                 self.blur.search(self._means, turn)
-            first = lines is None and turn == 0
             limit = 3072 if first else 2048 if lines is None and turn == 1 else 1536
             if not self._step(limit, _FIRST_MATCH if first else _MATCH, not first):
                 return False

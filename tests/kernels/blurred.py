@@ -56,7 +56,7 @@ def means_of(kind, sectors, random):
     """Means of `sectors` sectors of 2 directions, as polar.mean_samples writes them."""
     samples = grey_samples(kind, sectors * 32, random)
     means = array("H", bytes(2 * (sectors * 17)))
-    polar.mean_samples(samples, 0, 0, sectors, 16, means)
+    polar.mean_samples(samples, 0, 0, 16, sectors, 16, means)
     return means
 
 

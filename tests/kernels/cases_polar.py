@@ -32,9 +32,9 @@ def circle_samples(random):
 
 def mean_samples(random):
     for kind in KINDS:
-        for sectors, count in ((32, 16), (8, 24)):
+        for sectors, count, apart in ((32, 16, 16), (8, 24, 24), (32, 16, 0)):
             samples = grey_samples(kind, 2 * sectors * count, random)
-            yield samples, 0, 0, sectors, count, words((count + 1) * sectors, random)
+            yield samples, 0, 0, apart, sectors, count, words((count + 1) * sectors, random)
 
 
 def sector_radii(random):

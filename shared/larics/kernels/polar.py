@@ -100,11 +100,14 @@ def circle_samples(
 
 
 @micropython.viper
-def mean_samples(samples: ptr16, i: int, slot: int, sectors: int, count: int, means: ptr16) -> int:
+def mean_samples(
+    samples: ptr16, i: int, slot: int, apart: int, sectors: int, count: int, means: ptr16
+) -> int:
     """means[s * count + i] = mean of the directions 2 s and 2 s + 1, with their offset removed.
 
-    The `count` means of a sector are relative to their own mean + 32768; that one follows the last sector's:
-    means[sectors * count + s]. Returns the number of sectors."""
+    apart: from one of those directions to the other, `count`, or 0 for sectors of one direction each. The
+    `count` (even) means of a sector are relative to their own mean + 32768; that one follows the last
+    sector's: means[sectors * count + s]. Returns the number of sectors."""
     sector = 0
     i = 0
     slot = 0
@@ -112,19 +115,23 @@ def mean_samples(samples: ptr16, i: int, slot: int, sectors: int, count: int, me
         whole = 0
         end = slot + count
         while slot < end:
-            value = (int(samples[i]) + int(samples[i + count])) >> 1
+            value = (int(samples[i]) + int(samples[i + apart])) >> 1
             means[slot] = value
             whole += value
-            i += 1
-            slot += 1
-        i += count
+            value = (int(samples[i + 1]) + int(samples[i + apart + 1])) >> 1
+            means[slot + 1] = value
+            whole += value
+            i += 2
+            slot += 2
+        i += apart
         whole = whole // count
         means[sectors * count + sector] = whole
         whole = 32768 - whole
         slot -= count
         while slot < end:
             means[slot] = int(means[slot]) + whole
-            slot += 1
+            means[slot + 1] = int(means[slot + 1]) + whole
+            slot += 2
         sector += 1
     return sectors
 
