@@ -21,6 +21,7 @@ E2 = const(11)
 
 _ITEMS = const(12)
 _CAPACITY = const(8)
+_GOOD_SCORE = const(11000)  # of 16384; clutter has a third of that
 _RANKS = (0, 5, 1, 2, 3, 3, 4, 4, 4, 5)  # by sharp verdict: how far the candidate came
 
 
@@ -32,7 +33,7 @@ class Candidates:
 
     def __init__(self):
         self.items = array("i", bytes(4 * _ITEMS * (_CAPACITY + 1)))
-        self._count = 0
+        self._count = self._looked = 0
 
     def memory(self):
         """Bytes of the buffer."""
@@ -40,7 +41,7 @@ class Candidates:
 
     def forget(self):
         """Begins a new frame."""
-        self._count = 0
+        self._count = self._looked = 0
 
     def remember(self, x_q8, y_q8, radius_min_q8, radius_max_q8, verdict, votes):
         """Keeps a candidate, unless one nearby came as far; of those that came as far, by their votes."""
@@ -70,30 +71,35 @@ class Candidates:
         if self._count < _CAPACITY:
             self._count += 1
 
-    def look(self, frame, rings):
-        """Takes a coarse look at the rings of every candidate."""
-        items = self.items
-        for index in range(self._count):
-            slot = _ITEMS * index
-            items[slot + SCORE] = rings.coarse(
-                frame, items[slot + X_Q8], items[slot + Y_Q8], items[slot + RADIUS_MIN_Q8],
-                items[slot + RADIUS_MAX_Q8],
-            )  # fmt: skip
-            items[slot + X_Q10] = rings.x_q10
-            items[slot + Y_Q10] = rings.y_q10
-            items[slot + RADIUS_Q8] = rings.radius_q8
-            items[slot + E1] = rings.e1
-            items[slot + E2] = rings.e2
+    def best(self, frame, rings):
+        """The first item of the one that looks most like rings and has not been taken yet; -1 without any.
 
-    def best(self):
-        """The first item of the one that looks most like rings and has not been taken yet; -1 without any."""
+        Looks coarsely at one after the other until one looks good enough."""
+        items = self.items
         best = 0
         found = -1
         for index in range(self._count):
             slot = _ITEMS * index
-            if self.items[slot + SCORE] > best:
-                best = self.items[slot + SCORE]
+            if index == self._looked:
+                self._look(frame, rings, slot)
+            if items[slot + SCORE] > best:
+                best = items[slot + SCORE]
                 found = slot
+            if best >= _GOOD_SCORE:
+                break
         if found >= 0:
-            self.items[found + SCORE] = 0
+            items[found + SCORE] = 0
         return found
+
+    def _look(self, frame, rings, slot):
+        items = self.items
+        self._looked += 1
+        items[slot + SCORE] = rings.coarse(
+            frame, items[slot + X_Q8], items[slot + Y_Q8], items[slot + RADIUS_MIN_Q8],
+            items[slot + RADIUS_MAX_Q8],
+        )  # fmt: skip
+        items[slot + X_Q10] = rings.x_q10
+        items[slot + Y_Q10] = rings.y_q10
+        items[slot + RADIUS_Q8] = rings.radius_q8
+        items[slot + E1] = rings.e1
+        items[slot + E2] = rings.e2

@@ -301,8 +301,11 @@ class Detector:
 
     def _search_blurred(self, frame):
         """Finds candidates for the second opinion alone: lines that are blurred need not look like lines."""
+        finder = None
         for scale in self._scales:
-            edges = scale.edges.find_blurred(frame, not self._tiny(scale))
+            if finder is None or not finder.finds_alike(scale.edges):
+                finder = scale.edges
+                edges = finder.find_blurred(frame)
             for index in range(0, 3 * self._vote(scale, edges), 3):
                 self.second.candidates.remember(
                     self._centres[index + 1] - 32768, self._centres[index + 2] - 32768, scale.radius_min_q8,

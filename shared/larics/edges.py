@@ -18,6 +18,7 @@ _MEDIAN_Q4 = const(40)  # threshold = 2.5 medians of the gradient,
 _SHARE_MIN = const(60)  # but at least that many 1024ths of the pixels pass
 _SHARE_MAX = const(92)  # and at most that many,
 _MARKER_SHARE = const(2152)  # and what a marker's own edges may be of the frame, by its lines' width
+_FINE_STEP = const(3)  # px; so small rings have enough edges for the usual threshold
 
 
 def offset_px(length_q8, direction):
@@ -89,12 +90,16 @@ class EdgeFinder:
             bottom = self._bottom
         return self._list(frame, left, right, top, bottom, self.threshold, 1)
 
-    def find_blurred(self, frame, faint):
-        """Lists all edges of the frame, whether of thin lines or not, and returns their number.
-
-        faint: with a lower threshold"""
-        threshold = max(2, self.threshold * 3 >> 2) if faint else self.threshold
+    def find_blurred(self, frame):
+        """Lists all edges of the frame, whether of thin lines or not, and returns their number."""
+        threshold = self.threshold
+        if self.step > _FINE_STEP:
+            threshold = max(2, threshold * 3 >> 2)
         return self._list(frame, self._left, self._right, self._top, self._bottom, threshold, 0)
+
+    def finds_alike(self, other):
+        """Whether the other one's `find_blurred` lists the same edges."""
+        return self.step == other.step and self.reach == other.reach
 
     def _list(self, frame, left, right, top, bottom, threshold, thin):
         self.steep = kernels.steep_positions(

@@ -64,10 +64,9 @@ class SecondOpinion:
 
         ACCEPTED, ID_UNCERTAIN or what speaks against it; NO_RADIUS without a candidate."""
         candidates = self.candidates
-        candidates.look(frame, self.rings)
         verdict = verdicts.NO_RADIUS
         for _ in range(_TRIES):
-            slot = candidates.best()
+            slot = candidates.best(frame, self.rings)
             if slot < 0:
                 break
             self._settled = False
