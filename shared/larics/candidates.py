@@ -21,7 +21,8 @@ E2 = const(11)
 
 _ITEMS = const(12)
 _CAPACITY = const(8)
-_GOOD_SCORE = const(11000)  # of 16384; clutter has a third of that
+_LEAST_SCORE = const(4300)  # of 16384; half of the clutter has less,
+_GOOD_SCORE = const(9000)  # hardly any so much
 _RANKS = (0, 5, 1, 2, 3, 3, 4, 4, 4, 5)  # by sharp verdict: how far the candidate came
 
 
@@ -82,7 +83,7 @@ class Candidates:
             slot = _ITEMS * index
             if index == self._looked:
                 self._look(frame, rings, slot)
-            if items[slot + SCORE] > best:
+            if items[slot + SCORE] > max(best, _LEAST_SCORE):
                 best = items[slot + SCORE]
                 found = slot
             if best >= _GOOD_SCORE:

@@ -42,6 +42,8 @@ _SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeate
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
+_TINY_MOST_Q8 = const(2560)  # below, radii differ by few pixels however large their ratio
+_TINY_SPAN_Q8 = const(450)
 _FAMILY_MM10 = const(1500)
 _TINY_Q8 = const(2304)  # rings below this are too small for the sharp rules
 
@@ -97,7 +99,7 @@ def _scales(radius_min_px, radius_max_px):
         ratio_q8 = 256  # the largest ratio whose power covers the range
         while _power_q8(ratio_q8, count) < high_q8 * 256 // low_q8:
             ratio_q8 += 1
-        if ratio_q8 <= _SCALE_SPAN_Q8:
+        if ratio_q8 <= (_SCALE_SPAN_Q8 if high_q8 > _TINY_MOST_Q8 else _TINY_SPAN_Q8):
             break
         count += 1
     scales = []

@@ -78,20 +78,21 @@ class SecondOpinion:
     def _examine_candidate(self, frame, slot):
         rings = self.rings
         candidate = self.candidates.items
-        rings.start(
-            candidate[slot + items.X_Q10], candidate[slot + items.Y_Q10], candidate[slot + items.RADIUS_Q8],
-            candidate[slot + items.E1], candidate[slot + items.E2],
-        )  # fmt: skip
-        if not self._fit_rings(frame):
-            # motion looks like a smaller ellipse at first: from a circle, then from where that led to
-            radius_q8 = candidate[slot + items.RADIUS_Q8] * 26 // 25
-            rings.start(candidate[slot + items.X_Q10], candidate[slot + items.Y_Q10], radius_q8, 0, 0)
-            if not self._fit_rings(frame):
-                if self.blur.still:
-                    return verdicts.NO_FIT
-                rings.start(rings.x_q10, rings.y_q10, rings.radius_q8, 0, 0)
-                if not self._fit_rings(frame):
-                    return verdicts.NO_FIT
+        x_q10 = candidate[slot + items.X_Q10]
+        y_q10 = candidate[slot + items.Y_Q10]
+        radius_q8 = candidate[slot + items.RADIUS_Q8]
+        e1 = candidate[slot + items.E1]
+        e2 = candidate[slot + items.E2]
+        # motion looks like a smaller ellipse at first: from a circle, then from where that led to
+        if (
+            not self._fit_rings(frame, x_q10, y_q10, radius_q8, e1, e2)
+            and not self._fit_rings(frame, x_q10, y_q10, radius_q8 * 26 // 25, 0, 0)
+            and (
+                self.blur.still
+                or not self._fit_rings(frame, rings.x_q10, rings.y_q10, rings.radius_q8, 0, 0)
+            )
+        ):
+            return verdicts.NO_FIT
         radius_q8 = rings.radius_q8
         if (
             radius_q8 * 8 < candidate[slot + items.RADIUS_MIN_Q8] * 7
@@ -139,7 +140,9 @@ class SecondOpinion:
             self._tell()
         return verdict
 
-    def _fit_rings(self, frame):
+    def _fit_rings(self, frame, x_q10, y_q10, radius_q8, e1, e2):
+        """Fits the rings from this pose; returns whether they may be a marker's."""
+        self.rings.start(x_q10, y_q10, radius_q8, e1, e2)
         return self.rings.fit(frame, _TURNS, None) and self.judge.rings(self.rings, 8, 10)
 
     def _sharp(self):
