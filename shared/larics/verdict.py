@@ -32,7 +32,7 @@ VERDICT_NAMES = (
 
 _RULES = const(7)  # of one step, at most
 MARGIN_MIN = const(16)  # what is closer than that to a limit is more often furniture than a marker
-_POSE_MARGIN = const(72)  # a pose without an ID needs at least that margin
+_POSE_MARGIN = const(112)  # a pose without an ID needs at least that margin
 _IN_DOUBT = const(8)  # instead of an ID
 
 
