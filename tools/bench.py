@@ -3,7 +3,7 @@
     make bench                                      # some minutes on two cores
     make bench FRAMES=2000                          # for figures that are published
     make bench BENCH="--only quality,time"
-    make bench FRAMES=2000 BENCH="--only sweeps,micropython --docs"   # also brings docs/stress.md up to date
+    make bench FRAMES=2000 BENCH="--only sweeps,risk,micropython --docs"    # brings docs/stress.md up to date
     make bench MICROPYTHON=/path/to/emulator        # also counts instructions, see benchmark/interpreter.py
     python tools/bench.py --compare build/bench/results.json older.json
 
@@ -120,12 +120,16 @@ class Bench:
         """Over every detection of ours so far, and harsh frames besides."""
         count = 4 * self.options.frames
         seed = self.options.seed + 2
-        self.evaluate(evaluate.jobs("risk", "harsh", seed, count, plan.RADIUS_PX, {}, ["larics"]), "risk")
+        todo = evaluate.jobs("risk", "harsh", seed, count, plan.RADIUS_PX, {}, ["larics"])
+        harsh = self.evaluate(todo, "risk")["risk"]["larics"]
         rows = scoring.risk_by_margin(self.margins, range(0, 257, 16))
         order = scoring.ordering(self.margins)
-        self.results["risk"] = {"bins": rows, "ordering": order}
+        least = scoring.by_least_margin(harsh.margins, harsh.markers, plan.LEAST_MARGINS)
+        self.results["risk"] = {"bins": rows, "ordering": order, "least": least, "markers": harsh.markers}
         plots.risk(rows, order, self.options.output / "risk.png")
         self.section("Wrong IDs by margin", report.risk(rows, order))
+        title = "What margin_min trades, %d harsh markers" % harsh.markers
+        self.section(title, report.least_margin(least))
 
     def time(self):
         names = self.names(plan.TIMED_METHODS)

@@ -146,6 +146,15 @@ def risk_by_margin(margins, edges):
     return rows
 
 
+def by_least_margin(margins, markers, limits):
+    """What a least margin trades: (limit, IDs read in % of `markers`, wrong IDs) for each of the limits."""
+    rows = []
+    for limit in limits:
+        kept = [right for margin, right in margins if margin >= limit]
+        rows.append((limit, 100.0 * sum(kept) / markers, len(kept) - sum(kept)))
+    return rows
+
+
 def ordering(margins):
     """Chance that a wrong detection has a smaller margin than a right one (ties count half).
 

@@ -72,6 +72,13 @@ def test_merged_tallies_equal_one_over_all_frames():
     assert first.row() == whole.row()
 
 
+def test_a_least_margin_trades_reads_for_wrong_ids():
+    margins = [(20, True), (70, False), (90, True), (200, True)]
+    assert scoring.by_least_margin(margins, 5, (16, 64, 80, 201)) == [
+        (16, 60.0, 1), (64, 40.0, 1), (80, 40.0, 0), (201, 0.0, 0)
+    ]  # fmt: skip
+
+
 def test_risk_by_margin_and_its_order():
     margins = [(10, False), (20, True), (200, True), (210, True)]
     assert scoring.risk_by_margin(margins, [0, 16, 64, 256]) == [(0, 1, 1), (16, 1, 0), (64, 2, 0)]

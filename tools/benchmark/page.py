@@ -22,6 +22,8 @@ def write(results, plots, page):
         parts["sweeps"] = _sweeps(results)
         for key in results["sweeps"]:
             _copy_small(plots / ("sweep_%s.png" % key), page.with_name("stress_%s.png" % key))
+    if "risk" in results:
+        parts["margins"] = _margins(results["risk"])
     if "micropython" in results:
         costs = results["micropython"]
         parts["costs"] = _costs(targets.second_opinion(costs.get("given") or costs["unix"]))
@@ -86,6 +88,11 @@ def _cell(row):
     found, read = "%.1f" % row["detected_pct"], "%.1f" % row["read_pct"]
     wrong = row["wrong"] + row["false_positives"]
     return (found if read == found else found + " / " + read) + (" (%d)" % wrong if wrong else "")
+
+
+def _margins(risk):
+    rows = [(limit, "%.1f" % read, wrong) for limit, read, wrong in risk["least"]]
+    return _table(("`margin_min`", "read, %", "wrong IDs of %d" % risk["markers"]), rows)
 
 
 def _costs(added):

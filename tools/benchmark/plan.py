@@ -5,6 +5,7 @@ from typing import NamedTuple
 from . import evaluate, methods
 
 RADIUS_PX = 30.0
+LEAST_MARGINS = (16, 32, 48, 64, 96, 128, 160, 192)
 FRESH_SEED = 5000  # seeds from here on belong to the bench; tuning stays below 1000
 
 QUALITY_METHODS = ("larics", "larics_sharp", "paper", "aruco", "aruco_subpix", "apriltag", "hough")

@@ -94,6 +94,13 @@ def risk(rows, order):
     return "\n".join(lines)
 
 
+def least_margin(rows):
+    """(margin_min, IDs read in %, wrong IDs) as a table."""
+    lines = ["margin_min   read %   wrong"]
+    lines += ["%10d %8.1f %7d" % row for row in rows]
+    return "\n".join(lines)
+
+
 def tracking(by_preset):
     """{preset: tracking.compare()} as a table."""
     lines = ["preset".ljust(12) + "frames  tracked  other ID   centre med/max, px   heading med/max, deg"]
