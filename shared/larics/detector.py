@@ -24,14 +24,13 @@ from larics.detection import (
     Detection,
 )
 from larics.edges import EdgeFinder
-from larics.fixed import cdeg_from_turn16, cos_q14, frame_view
+from larics.fixed import cdeg_from_turn16, frame_view
 from larics.hough import CellGrid, CentreVotes, VoteBuffers
 from larics.marker import LARICS3
 from larics.rings import RingFit
+from larics.scales import RADIUS_LEAST_PX, RADIUS_MOST_PX, cut, grouped, tilted_px
 
 MARKERS = const(8)  # reported in one frame at most
-RADIUS_LEAST_PX = const(6)
-RADIUS_MOST_PX = const(72)
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
 _DEVIATION_FIRST_Q10 = const(1300)  # of the rings after the first pass; of tilted markers up to 1100
@@ -41,9 +40,6 @@ _COARSE_PASSES = const(3)  # at most that many
 _SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeated
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
-_SCALE_SPAN_Q8 = const(378)  # radii of one scale: largest / smallest
-_TINY_MOST_Q8 = const(2560)  # below, radii differ by few pixels however large their ratio
-_TINY_SPAN_Q8 = const(450)
 _FAMILY_MM10 = const(1500)
 _TINY_Q8 = const(2304)  # rings below this are too small for the sharp rules
 
@@ -70,51 +66,6 @@ class Counts:
         self.second = -1
         for index in range(len(self.verdicts)):
             self.verdicts[index] = 0
-
-
-class _Scale:
-    """What one range of radii needs: its edge finder and its vote tables."""
-
-    def __init__(self, radius_min_q8, radius_max_q8):
-        self.radius_min_q8 = radius_min_q8
-        self.radius_max_q8 = radius_max_q8
-        self.radius_q8 = (radius_min_q8 + radius_max_q8) // 2
-        radius_px = (self.radius_q8 + 128) >> 8
-        # finer grids than these cost more and find no more
-        self.step = 3 if radius_px < 15 else 4 if radius_px < 22 else min(8, radius_px // 5)
-        self.reach = 1 if radius_px < 20 else 2 if radius_px < 45 else 3
-
-
-def _tilted_px(radius_px, tilt_deg):
-    """The radius of a ring seen level when the camera is tilted: shortened, and farther away."""
-    cosine = cos_q14(tilt_deg * 65536 // 360)
-    return max(RADIUS_LEAST_PX, radius_px * (cosine * cosine >> 14) >> 14)
-
-
-def _scales(radius_min_px, radius_max_px):
-    """The range of radii cut into scales of about the same ratio."""
-    low_q8, high_q8 = radius_min_px << 8, radius_max_px << 8
-    count = 1
-    while True:
-        ratio_q8 = 256  # the largest ratio whose power covers the range
-        while _power_q8(ratio_q8, count) < high_q8 * 256 // low_q8:
-            ratio_q8 += 1
-        if ratio_q8 <= (_SCALE_SPAN_Q8 if high_q8 > _TINY_MOST_Q8 else _TINY_SPAN_Q8):
-            break
-        count += 1
-    scales = []
-    for index in range(count):
-        next_q8 = high_q8 if index == count - 1 else low_q8 * ratio_q8 >> 8
-        scales.append(_Scale(low_q8, next_q8))
-        low_q8 = next_q8
-    return scales
-
-
-def _power_q8(ratio_q8, exponent):
-    power = 256
-    for _ in range(exponent):
-        power = power * ratio_q8 >> 8
-    return power
 
 
 class Detector:
@@ -160,19 +111,26 @@ class Detector:
         line_mm10 = (_DEFAULT_LINE_MM10 if line_mm is None else line_mm * 10) * outer // _FAMILY_MM10
         line_q10 = line_mm10 * 1024 // outer
         self._plate_q10 = family.plate_mm10 * 1024 // outer
-        self._scales = _scales(_tilted_px(radius_min_px, max_tilt_deg), radius_max_px)
+        self._scales = cut(tilted_px(radius_min_px, max_tilt_deg), radius_max_px)
+        self._groups = grouped(self._scales)
 
         smallest = min([scale.step for scale in self._scales])
-        edges_capacity = max(400, width * height // (smallest * smallest) * 5 // 16)
+        edges_capacity = max(400, width * height // (smallest * smallest) // 4)
         self._edges = array("i", bytes(4 * (edges_capacity + 1)))
+        # for the scales that take every second point of a finer grid
+        shared = len(self._groups) < len(self._scales)
+        self._fewer = array("i", bytes(4 * (edges_capacity // 2 + 1) if shared else 0))
         self._histogram = array("H", bytes(256))
         grids = [CellGrid(width, height, scale.step, scale.radius_max_q8) for scale in self._scales]
         self._votes = VoteBuffers(grids)
         self._centres = self._votes.centres
         for scale, grid in zip(self._scales, grids):
             line_q8 = scale.radius_q8 * line_q10 >> 10
-            scale.edges = EdgeFinder(width, height, line_q8, scale.step, scale.reach, self._edges,
-            self._histogram)
+            scale.edges = EdgeFinder(
+                width, height, line_q8, scale.step, scale.reach,
+                self._edges if any([group[-1] is scale for group in self._groups]) else self._fewer,
+                self._histogram,
+            )  # fmt: skip
             scale.votes = CentreVotes(
                 grid, scale.radius_min_q8, scale.radius_max_q8, inner_q10, line_q8 // 2, scale.step,
                 self._votes
@@ -207,7 +165,7 @@ class Detector:
 
     def memory(self):
         """Bytes of all buffers and tables in RAM, the frame excepted."""
-        total = 4 * len(self._edges) + 2 * len(self._histogram) + self._votes.memory()
+        total = 4 * (len(self._edges) + len(self._fewer)) + 2 * len(self._histogram) + self._votes.memory()
         total += self.rings.memory() + self.lines.memory()
         if self.second is not None:
             total += self.second.memory()
@@ -295,11 +253,21 @@ class Detector:
 
     def _search(self, frame):
         """Searches the whole frame for markers of all scales."""
-        for scale in self._scales:
-            scale.edges.measure_threshold(frame)
-            if not self._tiny(scale):
-                edges = scale.edges.find(frame, 0, self.width, 0, self.height)
-                self._examine_all(frame, scale, edges, self._vote(scale, edges), 0)
+        for group in self._groups:
+            finest = group[-1].edges
+            finest.measure_threshold(frame)
+            for scale in group:
+                scale.edges.threshold = finest.threshold
+            if self._tiny(group[0]):
+                continue
+            alternate = finest.list_steep(frame, len(self._fewer) - 1 if len(group) > 1 else 0)
+            self.counts.steep += finest.steep
+            for scale in group:
+                if not self._tiny(scale):
+                    count = finest.steep if scale.edges is finest else alternate
+                    edges = scale.edges.choose(frame, finest.edges, count)
+                    centres = self._vote(scale, scale.edges.edges, edges)
+                    self._examine_all(frame, scale, edges, centres, 0)
 
     def _search_blurred(self, frame):
         """Finds candidates for the second opinion alone: lines that are blurred need not look like lines."""
@@ -308,16 +276,17 @@ class Detector:
             if finder is None or not finder.finds_alike(scale.edges):
                 finder = scale.edges
                 edges = finder.find_blurred(frame)
-            for index in range(0, 3 * self._vote(scale, edges), 3):
+                self.counts.steep += finder.steep
+            for index in range(0, 3 * self._vote(scale, finder.edges, edges), 3):
                 self.second.candidates.remember(
                     self._centres[index + 1] - 32768, self._centres[index + 2] - 32768, scale.radius_min_q8,
                     scale.radius_max_q8, verdicts.NO_RADIUS, self._centres[index],
                 )  # fmt: skip
 
-    def _vote(self, scale, edges):
-        """Lists the centres that the edges of the whole frame vote for; returns their number."""
-        centres = scale.votes.find(self._edges, edges, self.width, 0, self.width, 0, self.height)
-        self._count_edges(scale, edges)
+    def _vote(self, scale, listed, edges):
+        """Lists the centres that the listed edges of the whole frame vote for; returns their number."""
+        centres = scale.votes.find(listed, edges, self.width, 0, self.width, 0, self.height)
+        self.counts.edges += edges
         self.counts.votes += scale.votes.votes
         return centres
 
@@ -345,15 +314,11 @@ class Detector:
         if not scale.edges.threshold:
             scale.edges.measure_threshold(frame)
         edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
-        self._count_edges(scale, edges)
-        centres = scale.votes.find(self._edges, edges, self.width, left, right, top, bottom)
+        self.counts.steep += scale.edges.steep
+        self.counts.edges += edges
+        centres = scale.votes.find(scale.edges.edges, edges, self.width, left, right, top, bottom)
         self.counts.votes += scale.votes.votes
         self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
-
-    def _count_edges(self, scale, edges):
-        counts = self.counts
-        counts.steep += scale.edges.steep
-        counts.edges += edges
 
     def _examine_all(self, frame, scale, edges, centres, flags):
         """Examines the candidate centres of one scale, best first, and reports the markers among them."""
@@ -431,7 +396,8 @@ class Detector:
             rings.start(x_q8 << 2, y_q8 << 2, radius_q8)
             deviation_q10 = _DEVIATION_Q10
         elif not edges or not rings.coarse(
-            self._edges, edges, x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, scale.edges.half_line_q8
+            scale.edges.edges, edges, x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8,
+            scale.edges.half_line_q8,
         ):
             return verdicts.NO_RADIUS
         if not rings.refine(frame, 6, 3, 192):

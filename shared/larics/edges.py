@@ -36,7 +36,8 @@ class EdgeFinder:
     width, height   of the frame, px
     line_q8         width of the marker's lines in the frame, 1/256 px
     step, reach     grid pitch, and distance of the pixels whose difference is the gradient, px
-    edges           array('i') that receives position | direction << 20; its length caps the number of edges
+    edges           array('i') that receives position | direction << 20; its length caps the number of edges;
+                    of `list_steep`, positions alone
     histogram       array('H') of 128 items, scratch space
     """
 
@@ -64,6 +65,8 @@ class EdgeFinder:
         self._left = self._top = (margin + step - 1) // step * step
         self._right = width - margin
         self._bottom = height - margin
+        self._first = margin * width + margin  # from here on, all probes lie inside the frame
+        self._end = (height - margin) * width - margin
 
     def memory(self):
         """Bytes of the tables."""
@@ -88,25 +91,55 @@ class EdgeFinder:
             right = self._right
         if bottom > self._bottom:
             bottom = self._bottom
-        return self._list(frame, left, right, top, bottom, self.threshold, 1)
+        return self._find(frame, left, right, top, bottom, self.threshold, 1)
 
     def find_blurred(self, frame):
         """Lists all edges of the frame, whether of thin lines or not, and returns their number."""
         threshold = self.threshold
         if self.step > _FINE_STEP:
             threshold = max(2, threshold * 3 >> 2)
-        return self._list(frame, self._left, self._right, self._top, self._bottom, threshold, 0)
+        return self._find(frame, self._left, self._right, self._top, self._bottom, threshold, 0)
 
     def finds_alike(self, other):
         """Whether the other one's `find_blurred` lists the same edges."""
         return self.step == other.step and self.reach == other.reach
 
-    def _list(self, frame, left, right, top, bottom, threshold, thin):
+    def list_steep(self, frame, alternate):
+        """Lists the points of the whole frame that may be edges, for `choose`.
+
+        With alternate > 0, every second one of the grid, as the fields of one colour on a chessboard, comes
+        first, at most so many. Returns the number of them; that of all points is in `steep`."""
+        left, right, top, bottom = self._left, self._right, self._top, self._bottom
+        pitch = step = self.step
+        first = shift = 0
+        if alternate:
+            pitch += step
+            first = self._steep(frame, left, right, top, bottom, pitch, step, 0, alternate)
+            left += step
+            shift = -step
+        self.steep = self._steep(frame, left, right, top, bottom, pitch, shift, first, self._capacity)
+        return first
+
+    def choose(self, frame, positions, count):
+        """Lists the edges among the first positions that a finder of the same reach listed; returns their
+        number."""
+        return self._choose(frame, positions, count, self.threshold, 1)
+
+    def _find(self, frame, left, right, top, bottom, threshold, thin):
         self.steep = kernels.steep_positions(
-            frame, 0, 0, self.width, self.reach, left, right, top, bottom, self.step, threshold * threshold,
-            self.edges, self._capacity,
+            frame, 0, 0, self.width, self.reach, left, right, top, bottom, self.step, self.step, 0,
+            threshold * threshold, self.edges, 0, self._capacity,
         )  # fmt: skip
+        return self._choose(frame, self.edges, self.steep, threshold, thin)
+
+    def _steep(self, frame, left, right, top, bottom, pitch, shift, listed, capacity):
+        return kernels.steep_positions(
+            frame, 0, 0, self.width, self.reach, left, right, top, bottom, pitch, self.step, shift,
+            self.threshold * self.threshold, self.edges, listed, capacity,
+        )  # fmt: skip
+
+    def _choose(self, frame, positions, count, threshold, thin):
         return kernels.thin_line_edges(
-            frame, 0, 0, 0, self.edges, self.steep, self.width * self.reach, self.reach, threshold,
-            tables.DIRECTION_48, self._probes, thin,
+            frame, 0, 0, 0, positions, count, self.edges, self.width * self.reach, self.reach, threshold,
+            tables.DIRECTION_48, self._probes, self._first, self._end, thin,
         )  # fmt: skip

@@ -33,13 +33,18 @@ def edge_threshold(random):
 
 def steep_positions(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for reach, step, threshold, capacity in ((1, 1, 0, 2000), (2, 2, 36, 40), (3, 3, 90000, 5)):
+        for reach, step, rows, shift, threshold, listed, capacity in (
+            (1, 1, 1, 0, 0, 0, 2000),
+            (2, 4, 2, 2, 36, 3, 40),
+            (3, 3, 3, 0, 90000, 0, 5),
+            (2, 2, 1, 1, 0, 40, 40),
+        ):
             yield (
-                frame, 0, 0, WIDTH, reach, reach, WIDTH - reach, reach, HEIGHT - reach, step, threshold,
-                ints(capacity + 1, random), capacity,
+                frame, 0, 0, WIDTH, reach, reach, WIDTH - reach, reach, HEIGHT - reach, step, rows, shift,
+                threshold, ints(capacity + 1, random), listed, capacity,
             )  # fmt: skip
     frame = view(pixels("noise", 1024, 3, random))
-    yield frame, 0, 0, 1024, 1, 1, 1023, 1, 2, 1, 100, zeros32(1025), 1024
+    yield frame, 0, 0, 1024, 1, 1, 1023, 1, 2, 1, 1, 0, 100, zeros32(1025), 0, 1024
 
 
 def thin_line_edges(random):
@@ -54,9 +59,11 @@ def thin_line_edges(random):
             for i in range(48 * 3):
                 dy = random.between(-PROBE_PX, PROBE_PX)
                 probes[i] = 32768 + dy * WIDTH + random.between(-PROBE_PX, PROBE_PX)
+            first = (PROBE_PX + 1) * WIDTH if thin else 0
+            end = (HEIGHT - PROBE_PX - 3) * WIDTH if thin else WIDTH * HEIGHT
             yield (
-                frame, 0, 0, 0, edges, count, WIDTH * reach, reach, threshold, tables.DIRECTION_48, probes,
-                thin,
+                frame, 0, 0, 0, edges, count, edges if reach == 2 else ints(count, random), WIDTH * reach,
+                reach, threshold, tables.DIRECTION_48, probes, first, end, thin,
             )  # fmt: skip
 
 

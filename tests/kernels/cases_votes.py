@@ -25,7 +25,8 @@ def cast_votes(random):
     ):
         row = width // step + 20
         cells = zeros32(row * (height // step + 20))
-        farthest = len(cells) - 1 - ((height - 1) // step * row + (width - 1) // step)
+        half = step // 2
+        farthest = len(cells) - 1 - ((height - 1 + half) // step * row + (width - 1 + half) // step)
         offsets = words(DIRECTIONS * (outer + inner) * 2, random, 0, farthest)
         edges = zeros32(count + 1)
         for i in range(count):

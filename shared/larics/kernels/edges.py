@@ -95,14 +95,19 @@ def edge_threshold(
 @micropython.viper
 def steep_positions(
     image: ptr8, position: int, across: int, width: int, reach: int, left: int, right: int, top: int,
-    bottom: int, step: int, threshold2: int, positions: ptr32, capacity: int,
+    bottom: int, step: int, rows: int, shift: int, threshold2: int, positions: ptr32, listed: int,
+    capacity: int,
 ) -> int:  # fmt: skip
     """Lists the grid points whose gradient is longer than the square root of `threshold2` (< 2**18).
 
-    Stops when `capacity` positions are listed; `positions` has capacity + 1 items. Limits of the rectangle as
-    in `gradient_histogram`. Returns the number listed."""
-    listed = 0
+    step, rows: px between the columns and the rows of the grid; every second row begins `shift` px beside
+    left. The first `listed` positions are kept. Stops when `capacity` are listed; `positions` has capacity +
+    1 items. Limits of the rectangle as in `gradient_histogram`, also for left + shift. Returns the number
+    listed."""
+    if listed >= capacity:
+        top = bottom
     row_reach = width * reach
+    shift = left + left + shift
     y = top
     while y < bottom:
         position = y * width + left
@@ -117,30 +122,34 @@ def steep_positions(
                     end = 0
                     y = bottom
             position += step
-        y += step
+        left = shift - left
+        y += rows
     return listed
 
 
 @micropython.viper
 def thin_line_edges(
-    image: ptr8, position: int, a: int, b: int, edges: ptr32, count: int, row_reach: int, reach: int,
-    threshold: int, directions: ptr8, probes: ptr16, thin: int,
+    image: ptr8, position: int, a: int, b: int, positions: ptr32, count: int, edges: ptr32, row_reach: int,
+    reach: int, threshold: int, directions: ptr8, probes: ptr16, first: int, end: int, thin: int,
 ) -> int:  # fmt: skip
-    """Keeps, in place, the positions that are edges of thin dark lines, as position | direction << 20.
+    """Lists the positions that are edges of thin dark lines in `edges`, as position | direction << 20.
 
-    With thin = 0 all are kept: a blurred line is no thin line any more.
+    `edges` may be `positions` itself. Only positions from `first` to before `end` are looked at.
+    With thin = 0 all of those are kept: a blurred line is no thin line any more.
 
     The direction (0..47, of 48 in a turn, clockwise from x since y points down) is that of the 3x3 Sobel
     gradient with spacing `reach`, towards the light side; `directions` has 136 entries (tables.DIRECTION_48).
     `probes` holds three offsets + 32768 for each direction: beyond the line, in it, and on the light side.
-    row_reach = width * reach; count <= items of `edges`; positions < 2**20. Returns the number kept."""
+    row_reach = width * reach; count <= items of both; positions < 2**20. Returns the number kept."""
     kept = 0
     diagonal = row_reach + reach
     antidiagonal = row_reach - reach
     i = 0
     while i < count:
-        position = int(edges[i])
+        position = int(positions[i])
         i += 1
+        if position < first or position >= end:
+            continue
         a = int(image[position + diagonal]) - int(image[position - diagonal])
         b = int(image[position - antidiagonal]) - int(image[position + antidiagonal])
         gx = a + b + ((int(image[position + reach]) - int(image[position - reach])) << 1)

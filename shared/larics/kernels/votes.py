@@ -17,12 +17,13 @@ def cast_votes(
     step: int, row: int, outer_entries: int, inner_entries: int, bits: ptr32,
 ) -> int:  # fmt: skip
     """Sets, for each edge (position | direction << 20), its direction's bit in the cells where centres may
-    be.
+    be, as seen from the nearest cell's corner.
 
     `offsets`: for each of 48 directions, two runs of outer_entries and two of inner_entries cell offsets (all
     >= 0, the caller has added the padding), all run lengths even; `bits`: the four runs' bits. step: px
     between cells. Every offset + cell of an edge must lie inside `cells`. Returns the number of votes."""
     per_direction = (outer_entries + inner_entries) * 2
+    half = step >> 1
     i = 0
     while i < count:
         bit = int(edges[i])
@@ -30,7 +31,7 @@ def cast_votes(
         direction = bit >> 20
         bit = bit & 1048575
         y = bit // width
-        origin = (y // step) * row + (bit - y * width) // step
+        origin = ((y + half) // step) * row + (bit - y * width + half) // step
         entry = direction * per_direction
         run = direction << 2
         last_run = run + 4
