@@ -29,6 +29,10 @@ _SECTORS = const(16)
 _FLOOR = const(512)  # of a sector's match, 1/1024: what is covered must not count more
 _MOTION_COST = const(96)  # a motion must explain more than that, 1/1024
 _STILL_SCORE = const(15600)  # with so good a match nothing moves
+# smallest score of what may be rings: before any motion is tried, the first time, and again; 8192 is nothing
+_LEAST_STILL = const(8500)
+_LEAST_FIRST = const(9100)
+_LEAST_AGAIN = const(10000)
 _ANY = const(34)  # one of the directions 2, 6, 10, ...
 _FARTHEST_MOTION = const(96)  # motion^2 / sigma^2, where sigma fits the rings without any motion
 
@@ -86,7 +90,8 @@ class BlurModel:
     def search(self, means, again):
         """Finds the blur that explains 32 sectors' samples best: `means` as from kernels.polar.mean_samples.
 
-        again: begin with what was found before. Leaves the templates of all 32 sectors' rels prepared."""
+        again: begin with what was found before. Leaves the templates of all 32 sectors' rels prepared, unless
+        nothing explains them: then it returns False."""
         kernels.fold_sectors(means, 0, 0, _SECTORS, self._folds, self._powers)
         self.score = 0
         if again:
@@ -95,6 +100,9 @@ class BlurModel:
             for sigma in range(0, len(SIGMAS), 4):
                 if not self._try(sigma, 0, 0) and self.score > _FLOOR * _SECTORS:
                     break
+            if self.score < _LEAST_STILL:
+                self.still = 1
+                return False
             if self.score < _STILL_SCORE:
                 farthest = _FARTHEST_MOTION * SIGMAS[self.sigma] * SIGMAS[self.sigma]
                 for motion in range(1, len(MOTIONS), 2):
@@ -106,7 +114,10 @@ class BlurModel:
         self._try_both(1, 0, 0)
         self._try_motions()
         self.still = 0 if self.motion else 1
+        if self.score < (_LEAST_AGAIN if again else _LEAST_FIRST):
+            return False
         self.prepare(self.sigma, self.motion, 1, 2)
+        return True
 
     def _try_motions(self):
         """Tries shorter, longer and otherwise directed motions, if there is one."""

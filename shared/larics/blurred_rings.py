@@ -141,8 +141,8 @@ class BlurredRings:
             if lines is not None:
                 lines.erase(self, directions, _FIRST, _COUNT)
             kernels.mean_samples(self.samples, 0, 0, 0 if first else _COUNT, 32, _COUNT, self._means)
-            if lines is None and turn < 2:
-                self.blur.search(self._means, turn)
+            if lines is None and turn < 2 and not self.blur.search(self._means, turn):
+                return False
             limit = 3072 if first else 2048 if lines is None and turn == 1 else 1536
             if not self._step(limit, _FIRST_MATCH if first else _MATCH, not first):
                 return False
