@@ -12,6 +12,9 @@ from larics.detection import NO_ID
 _MATCH_LEAST = const(700)  # squared correlation with the model's rings, 1/1024, median of the sectors
 _GOOD_LEAST = const(24)  # sectors of 32: rings that something covers are not for this judge
 _GOOD_LEAST_MOVING = const(20)  # where motion washes the rings out they look like nothing
+_FAINT = const(160)  # 1/16 grey level: less deep rings drown in noise, and may look less like rings
+_MATCH_LEAST_FAINT = const(560)
+_GOOD_LEAST_FAINT = const(18)
 _RATIO_MOST = const(20)  # of the radii, off the family's, 1/1024
 _DEVIATION_MOST = const(36)  # 1/1000 of the radius
 _DEPTH_LEAST = const(150)  # of lines, 256 = as deep as the rings
@@ -59,10 +62,14 @@ class BlurredJudge:
         ratio_off = abs(rings.ratio_q10 - self._inner_q10)
         deviation = rings.deviation_q10 * 250 // rings.radius_q8
         good_least = _GOOD_LEAST if rings.blur.still else _GOOD_LEAST_MOVING
+        match_least = _MATCH_LEAST
+        if rings.amplitude < _FAINT:
+            good_least = _GOOD_LEAST_FAINT
+            match_least = _MATCH_LEAST_FAINT
         self.marker_id = NO_ID
         self.margin = 255
         return (
-            self._rule(rings.match - _MATCH_LEAST * share // whole, 200)
+            self._rule(rings.match - match_least * share // whole, 200)
             and self._rule(rings.good - good_least * share // whole, 8)
             and self._rule(_RATIO_MOST * whole // share - ratio_off, 16)
             and self._rule(_DEVIATION_MOST * whole // share - deviation, 28)

@@ -26,6 +26,7 @@ from larics.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, sin_q14
 _TURNS = const(3)
 _TURNS_AGAIN = const(2)  # with the lines taken out
 _TRIES = const(2)  # the candidate that looks most like rings, and another when it is no marker at all
+_FITS = const(4)  # of both together
 _DEPTH_FIRST = const(130)
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
@@ -46,6 +47,7 @@ class SecondOpinion:
         self.rings = BlurredRings(width, height, self.blur)
         self.lines = BlurredLines(family, self.blur)
         self.judge = BlurredJudge(family, allowed, margin_min)
+        self._fits_left = 0
         self._settled = False  # the rings have been fitted without the lines
         self._hidden = False  # a sharp picture may show that something hides a bit
         self.x_q8 = self.y_q8 = self.heading_cdeg = 0
@@ -65,6 +67,7 @@ class SecondOpinion:
         ACCEPTED, ID_UNCERTAIN or what speaks against it; NO_RADIUS without a candidate."""
         candidates = self.candidates
         verdict = verdicts.NO_RADIUS
+        self._fits_left = _FITS
         for _ in range(_TRIES):
             slot = candidates.best(frame, self.rings)
             if slot < 0:
@@ -83,14 +86,11 @@ class SecondOpinion:
         radius_q8 = candidate[slot + items.RADIUS_Q8]
         e1 = candidate[slot + items.E1]
         e2 = candidate[slot + items.E2]
-        # motion looks like a smaller ellipse at first: from a circle, then from where that led to
-        if (
-            not self._fit_rings(frame, x_q10, y_q10, radius_q8, e1, e2)
-            and not self._fit_rings(frame, x_q10, y_q10, radius_q8 * 26 // 25, 0, 0)
-            and (
-                self.blur.still
-                or not self._fit_rings(frame, rings.x_q10, rings.y_q10, rings.radius_q8, 0, 0)
-            )
+        if not (
+            self._fit_rings(frame, x_q10, y_q10, radius_q8, e1, e2)
+            # motion looks like a smaller ellipse at first
+            or self._fit_rings(frame, x_q10, y_q10, radius_q8 * 26 // 25, 0, 0)
+            or self._fit_again(frame, slot)
         ):
             return verdicts.NO_FIT
         radius_q8 = rings.radius_q8
@@ -109,6 +109,19 @@ class SecondOpinion:
                 return verdict
             rings.measure_light(1)
         return self._examine_lines(frame)
+
+    def _fit_again(self, frame, slot):
+        """Fits the rings from where the last fit of motion led to; what is still, after another coarse look."""
+        rings = self.rings
+        if self.blur.still:
+            candidate = self.candidates.items
+            if not rings.coarse(
+                frame, candidate[slot + items.X_Q10] >> 2, candidate[slot + items.Y_Q10] >> 2,
+                candidate[slot + items.RADIUS_MIN_Q8], candidate[slot + items.RADIUS_MAX_Q8],
+            ):  # fmt: skip
+                return False
+            return self._fit_rings(frame, rings.x_q10, rings.y_q10, rings.radius_q8, rings.e1, rings.e2)
+        return self._fit_rings(frame, rings.x_q10, rings.y_q10, rings.radius_q8, 0, 0)
 
     def _examine_lines(self, frame):
         """Reads the lines and judges, after the rings have been fitted once more without them."""
@@ -141,7 +154,10 @@ class SecondOpinion:
         return verdict
 
     def _fit_rings(self, frame, x_q10, y_q10, radius_q8, e1, e2):
-        """Fits the rings from this pose; returns whether they may be a marker's."""
+        """Fits the rings from this pose, while there are fits left; returns whether they may be a marker's."""
+        if not self._fits_left:
+            return False
+        self._fits_left -= 1
         self.rings.start(x_q10, y_q10, radius_q8, e1, e2)
         return self.rings.fit(frame, _TURNS, None) and self.judge.rings(self.rings, 8, 10)
 
