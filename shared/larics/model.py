@@ -111,7 +111,7 @@ class SecondOpinion:
         return self._examine_lines(frame)
 
     def _fit_again(self, frame, slot):
-        """Fits the rings from where the last fit of motion led to; what is still, after another coarse look."""
+        """Fits the rings from where the last fit of motion led to; when still, after another coarse look."""
         rings = self.rings
         if self.blur.still:
             candidate = self.candidates.items
@@ -154,7 +154,7 @@ class SecondOpinion:
         return verdict
 
     def _fit_rings(self, frame, x_q10, y_q10, radius_q8, e1, e2):
-        """Fits the rings from this pose, while there are fits left; returns whether they may be a marker's."""
+        """Fits the rings from this pose, if a fit is left; returns whether they may be a marker's."""
         if not self._fits_left:
             return False
         self._fits_left -= 1
