@@ -45,14 +45,15 @@ class Candidates:
         self._count = self._looked = 0
 
     def remember(self, x_q8, y_q8, radius_min_q8, radius_max_q8, verdict, votes):
-        """Keeps a candidate, unless one nearby came as far; of those that came as far, by their votes."""
+        """Keeps a candidate, unless one nearby of that size came as far; of those that came as far, by their votes."""
         items = self.items
         rank = (_RANKS[verdict] << 16) + votes
         near_q8 = radius_min_q8 >> 2
         for index in range(self._count):
             slot = _ITEMS * index
             if (
-                abs(items[slot + X_Q8] - x_q8) < near_q8
+                items[slot + RADIUS_MIN_Q8] == radius_min_q8
+                and abs(items[slot + X_Q8] - x_q8) < near_q8
                 and abs(items[slot + Y_Q8] - y_q8) < near_q8
                 and items[slot] >= rank
             ):
