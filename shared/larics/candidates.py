@@ -45,7 +45,7 @@ class Candidates:
         self._count = self._looked = 0
 
     def remember(self, x_q8, y_q8, radius_min_q8, radius_max_q8, verdict, votes):
-        """Keeps a candidate, unless one nearby of that size came as far; of those that came as far, by their votes."""
+        """Keeps a candidate, unless one of its size nearby came as far; equals are ranked by their votes."""
         items = self.items
         rank = (_RANKS[verdict] << 16) + votes
         near_q8 = radius_min_q8 >> 2
