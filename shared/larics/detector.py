@@ -49,7 +49,7 @@ class Counts:
 
     steep, edges    grid points with a steep gradient, and those that are edges of thin dark lines
     votes           cells voted for
-    candidates      centres examined
+    candidates      centres looked at; one whose score is too low ends as no_radius without more
     crossings       of rings with pixel rows and columns
     verdicts        array of the number of candidates by verdict, see verdict.VERDICT_NAMES
     second          verdict of the second opinion; -1 when it was not asked
@@ -184,7 +184,7 @@ class Detector:
         return self._finish()
 
     def track(self, frame, x_q8=None, y_q8=None, radius_q8=None):
-        """The marker near a predicted place (1/256 px), searched for in a window only.
+        """The marker near a predicted place (1/256 px), fitted at once or searched for in a window only.
 
         Without a prediction, the first marker of the last frame is expected where its motion between the last
         two frames takes it. When there is nothing in the window, or nothing to expect, the whole frame is
@@ -387,7 +387,8 @@ class Detector:
         return False
 
     def _examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
-        """Fits and reads one candidate and returns the verdict. Radius 0: the `edges` tell it."""
+        """Fits and reads one candidate and returns the verdict. Radius 0: the `edges` tell it,
+        0 edges: it is not worth that."""
         rings = self.rings
         lines = self.lines
         judge = self.judge

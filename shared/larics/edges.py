@@ -109,7 +109,10 @@ class EdgeFinder:
 
         With alternate > 0, every second one of the grid, as the fields of one colour on a chessboard, comes
         first, at most so many. Returns the number of them; that of all points is in `steep`."""
-        left, right, top, bottom = self._left, self._right, self._top, self._bottom
+        left = self._left
+        right = self._right
+        top = self._top
+        bottom = self._bottom
         pitch = step = self.step
         first = shift = 0
         if alternate:

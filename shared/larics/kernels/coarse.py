@@ -16,34 +16,39 @@ def edge_distances(
     All lengths in 1/16 px: cx, cy 0..16384, reach 0..4096, half_line 0..256. `edges`: position |
     direction << 20; `axes`: cosine and sine of the 48 directions, * 2**14 + 32768; `distances` receives
     distance | direction from the centre << 16, at most `capacity` items. Returns their number."""
+    # most edges lie in other rows: no division for them
+    first = ((cy - reach) >> 4) * width
+    end = (((cy + reach) >> 4) + 1) * width
     kept = 0
     i = 0
     while i < count:
         position = int(edges[i])
         i += 1
-        y = (position & 1048575) // width
-        x = (((position & 1048575) - y * width) << 4) - cx
-        if x < reach and 0 - reach < x:
-            y = (y << 4) - cy
-            if y < reach and 0 - reach < y:
-                position = position >> 20
-                cosine = int(axes[position << 1]) - 32768
-                sine = int(axes[(position << 1) + 1]) - 32768
-                off = (x * sine - y * cosine) >> 14
-                if off < slack and 0 - slack < off:
-                    x = (x * cosine + y * sine) >> 14
-                    if x < 0:
-                        x = half_line - x
-                        position += 24
-                        if position >= 48:
-                            position -= 48
-                    else:
-                        x = x - half_line
-                    if x > 0 and x < reach:
-                        distances[kept] = x | (position << 16)
-                        kept += 1
-                        if kept >= capacity:
-                            i = count
+        x = position & 1048575
+        if x >= first and x < end:
+            y = x // width
+            x = ((x - y * width) << 4) - cx
+            if x < reach and 0 - reach < x:
+                y = (y << 4) - cy
+                if y < reach and 0 - reach < y:
+                    position = position >> 20
+                    cosine = int(axes[position << 1]) - 32768
+                    sine = int(axes[(position << 1) + 1]) - 32768
+                    off = (x * sine - y * cosine) >> 14
+                    if off < slack and 0 - slack < off:
+                        x = (x * cosine + y * sine) >> 14
+                        if x < 0:
+                            x = half_line - x
+                            position += 24
+                            if position >= 48:
+                                position -= 48
+                        else:
+                            x = x - half_line
+                        if x > 0 and x < reach:
+                            distances[kept] = x | (position << 16)
+                            kept += 1
+                            if kept >= capacity:
+                                i = count
     return kept
 
 
