@@ -1,6 +1,6 @@
 """The detector: grey frame in, markers out. It owns every buffer and allocates nothing after its first frame.
 
-    edges -> hough -> rings -> decode -> verdict -> Detection
+    edges -> hough -> sharp -> Detection
     the best of those rejected -> model -> Detection
 
 for each scale of marker that the range of radii needs, and for each candidate of a scale.
@@ -14,58 +14,22 @@ except ImportError:
     from larics._cpython import const
 
 from larics import verdict as verdicts
-from larics.decode import LineReader
-from larics.detection import (
-    FLAG_BORDER,
-    FLAG_ID_UNCERTAIN,
-    FLAG_MODEL,
-    FLAG_TRACKED,
-    FLAG_UNCONFIRMED,
-    Detection,
-)
+from larics.confirmation import Confirmation
+from larics.counts import Counts
+from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_MODEL, FLAG_TRACKED, Detection
 from larics.edges import EdgeFinder
 from larics.fixed import cdeg_from_turn16, frame_view
 from larics.hough import CellGrid, CentreVotes, VoteBuffers
 from larics.marker import LARICS3
-from larics.rings import RingFit
 from larics.scales import RADIUS_LEAST_PX, RADIUS_MOST_PX, cut, grouped, tilted_px
+from larics.sharp import SharpOpinion
 
 MARKERS = const(8)  # reported in one frame at most
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
-_DEVIATION_FIRST_Q10 = const(1300)  # of the rings after the first pass; of tilted markers up to 1100
-_DEVIATION_Q10 = const(480)  # after the first passes
-_FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/51, is followed by others,
-_COARSE_PASSES = const(3)  # at most that many
-_SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeated
-_SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _FAMILY_MM10 = const(1500)
 _TINY_Q8 = const(2304)  # rings below this are too small for the sharp rules
-
-
-class Counts:
-    """What the last frame cost and how its candidates ended, for debugging.
-
-    steep, edges    grid points with a steep gradient, and those that are edges of thin dark lines
-    votes           cells voted for
-    candidates      centres looked at; one whose score is too low ends as no_radius without more
-    crossings       of rings with pixel rows and columns
-    verdicts        array of the number of candidates by verdict, see verdict.VERDICT_NAMES
-    second          verdict of the second opinion; -1 when it was not asked
-    """
-
-    __slots__ = ("steep", "edges", "votes", "candidates", "crossings", "verdicts", "second")
-
-    def __init__(self):
-        self.verdicts = array("H", bytes(2 * len(verdicts.VERDICT_NAMES)))
-        self.clear()
-
-    def clear(self):
-        self.steep = self.edges = self.votes = self.candidates = self.crossings = 0
-        self.second = -1
-        for index in range(len(self.verdicts)):
-            self.verdicts[index] = 0
 
 
 class Detector:
@@ -136,26 +100,20 @@ class Detector:
                 self._votes
             )
 
-        radius_max_q8 = self._scales[-1].radius_max_q8
-        self.rings = RingFit(width, height, inner_q10, line_q10, radius_max_q8)
-        self.lines = LineReader(width, height, family, line_mm10)
         if allowed_ids is None:
             allowed_ids = range(8)
         allowed_ids = [i for i in allowed_ids if i or allow_id0 or family.allow_id0]
-        self.judge = verdicts.Judge(allowed_ids, margin_min)
+        self.sharp = SharpOpinion(
+            width, height, family, line_mm10, self._scales[-1].radius_max_q8, allowed_ids, margin_min
+        )
         self.second = None
         if second_opinion:
             from larics.model import SecondOpinion  # a board with little memory does without
 
             if SecondOpinion.knows(family):
-                self.second = SecondOpinion(
-                    width, height, family, line_mm10, self.judge.allowed, margin_min
-                )
-        self._confirm_least, frames = confirm or (0, 0)
-        if confirm and not 1 <= self._confirm_least <= frames <= 255:
-            raise ValueError("confirm is (n, m) with 1 <= n <= m <= 255, not %s" % (confirm,))
-        self._history = bytearray(frames)
-        self._history_next = 0
+                allowed = self.sharp.judge.allowed
+                self.second = SecondOpinion(width, height, family, line_mm10, allowed, margin_min)
+        self._confirmation = Confirmation(*confirm) if confirm else None
         detections = [Detection() for _ in range(MARKERS)]
         self._found = [detections[:count] for count in range(MARKERS + 1)]
         self._all = detections
@@ -166,7 +124,7 @@ class Detector:
     def memory(self):
         """Bytes of all buffers and tables in RAM, the frame excepted."""
         total = 4 * (len(self._edges) + len(self._fewer)) + 2 * len(self._histogram) + self._votes.memory()
-        total += self.rings.memory() + self.lines.memory()
+        total += self.sharp.memory()
         if self.second is not None:
             total += self.second.memory()
         for scale in self._scales:
@@ -210,7 +168,7 @@ class Detector:
             )
         self._count = 0
         self.counts.clear()
-        self.rings.crossings = 0
+        self.sharp.rings.crossings = 0
         if self.second is not None:
             self.second.candidates.forget()
         return frame
@@ -218,7 +176,7 @@ class Detector:
     def _finish(self):
         """Remembers what the next frames need and returns the detections."""
         count = self._count
-        self.counts.crossings = self.rings.crossings
+        self.counts.crossings = self.sharp.rings.crossings
         if count:
             first = self._all[0]
             if self._seen:
@@ -230,26 +188,9 @@ class Detector:
         if not count or not self._seen:
             self._motion_x_q8 = self._motion_y_q8 = 0
         self._seen = count > 0
-        if self._history:
-            self._confirm()
+        if self._confirmation is not None:
+            self._confirmation.update(self._all, count)
         return self._found[count]
-
-    def _confirm(self):
-        """Flags the IDs that too few of the last frames agree on."""
-        ids = 0
-        for index in range(self._count):
-            if self._all[index].marker_id >= 0:
-                ids |= 1 << self._all[index].marker_id
-        self._history[self._history_next] = ids
-        self._history_next = (self._history_next + 1) % len(self._history)
-        for index in range(self._count):
-            found = self._all[index]
-            if found.marker_id >= 0:
-                agreeing = 0
-                for ids in self._history:
-                    agreeing += ids >> found.marker_id & 1
-                if agreeing < self._confirm_least:
-                    found.flags |= FLAG_UNCONFIRMED
 
     def _search(self, frame):
         """Searches the whole frame for markers of all scales."""
@@ -336,8 +277,9 @@ class Detector:
         Returns whether it is."""
         counts = self.counts
         counts.candidates += 1
-        verdict = self._examine(frame, scale, edges, x_q8, y_q8, radius_q8)
-        if verdict <= verdicts.ID_UNCERTAIN and self.second is not None and self.rings.radius_q8 < _TINY_Q8:
+        sharp = self.sharp
+        verdict = sharp.examine(frame, scale, edges, x_q8, y_q8, radius_q8)
+        if verdict <= verdicts.ID_UNCERTAIN and self.second is not None and sharp.rings.radius_q8 < _TINY_Q8:
             verdict = verdicts.POOR_RINGS
         counts.verdicts[verdict] += 1
         if verdict and self.second is not None:
@@ -386,63 +328,17 @@ class Detector:
                 return True
         return False
 
-    def _examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
-        """Fits and reads one candidate and returns the verdict. Radius 0: the `edges` tell it,
-        0 edges: it is not worth that."""
-        rings = self.rings
-        lines = self.lines
-        judge = self.judge
-        deviation_q10 = _DEVIATION_FIRST_Q10
-        if radius_q8:
-            rings.start(x_q8 << 2, y_q8 << 2, radius_q8)
-            deviation_q10 = _DEVIATION_Q10
-        elif not edges or not rings.coarse(
-            scale.edges.edges, edges, x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8,
-            scale.edges.half_line_q8,
-        ):
-            return verdicts.NO_RADIUS
-        if not rings.refine(frame, 6, 3, 192):
-            return verdicts.NO_FIT
-        if not judge.first_look(rings, deviation_q10):
-            return verdicts.POOR_RINGS
-        more = _COARSE_PASSES
-        while rings.moved_q10 > max(_FAR_OFF_Q10, rings.radius_q8 * 5 >> 6) or (
-            more == _COARSE_PASSES and rings.radius_q8 < _SMALL_Q8
-        ):
-            if not more or not rings.refine(frame, 12 if rings.radius_q8 < _SMALL_Q8 else 6, 3, 192):
-                return verdicts.NO_FIT
-            more -= 1
-        if not judge.first_look(rings, _DEVIATION_Q10):
-            return verdicts.POOR_RINGS
-        rivals = lines.find_orientation(frame, rings)
-        if rivals != 1:
-            return verdicts.TWO_ORIENTATIONS if rivals else verdicts.NO_ORIENTATION
-        lines.read_code(frame, rings)
-        rings.skip_lines(lines)
-        if not rings.refine(frame, 16, 4, 48):
-            return verdicts.NO_FIT
-        if rings.moved_q10 > _SETTLED_Q10:
-            if not rings.refine(frame, 16, 4, 96) or rings.moved_q10 > _SETTLED_Q10:
-                return verdicts.NO_FIT
-        verdict = judge.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
-        if verdict != verdicts.ACCEPTED:
-            return verdict
-        lines.refine(frame, rings)
-        verdict = judge.orientation(lines, rings)
-        if verdict != verdicts.ACCEPTED:
-            return verdict
-        return judge.code(lines, rings)
-
     def _report(self, verdict, flags):
-        rings = self.rings
+        sharp = self.sharp
+        rings = sharp.rings
         found = self._all[self._count]
         self._count += 1
-        found.marker_id = self.judge.marker_id
+        found.marker_id = sharp.judge.marker_id
         found.x_q8 = (rings.true_x_q10 + 2) >> 2
         found.y_q8 = (rings.true_y_q10 + 2) >> 2
         found.radius_q8 = rings.radius_q8
-        found.heading_cdeg = cdeg_from_turn16(-self.lines.angle_turn16)
-        found.margin = self.judge.margin
+        found.heading_cdeg = cdeg_from_turn16(-sharp.lines.angle_turn16)
+        found.margin = sharp.judge.margin
         if verdict == verdicts.ID_UNCERTAIN:
             flags |= FLAG_ID_UNCERTAIN
         found.flags = flags | self._border(found)
