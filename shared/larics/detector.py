@@ -22,14 +22,13 @@ from larics.fixed import cdeg_from_turn16, frame_view
 from larics.hough import CellGrid, CentreVotes, VoteBuffers
 from larics.marker import LARICS3
 from larics.scales import RADIUS_LEAST_PX, RADIUS_MOST_PX, cut, grouped, tilted_px
-from larics.sharp import SharpOpinion
+from larics.sharp import TINY_Q8, SharpOpinion
 
 MARKERS = const(8)  # reported in one frame at most
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _FAMILY_MM10 = const(1500)
-_TINY_Q8 = const(2304)  # rings below this are too small for the sharp rules
 
 
 class Detector:
@@ -233,7 +232,7 @@ class Detector:
 
     def _tiny(self, scale):
         """Whether rings have too few pixels for the sharp rules, so that the second opinion decides alone."""
-        return self.second is not None and scale.radius_min_q8 < _TINY_Q8
+        return self.second is not None and scale.radius_min_q8 < TINY_Q8
 
     def _search_window(self, frame, x_q8, y_q8, radius_q8):
         """Searches for a marker of about that radius around a place."""
@@ -279,7 +278,7 @@ class Detector:
         counts.candidates += 1
         sharp = self.sharp
         verdict = sharp.examine(frame, scale, edges, x_q8, y_q8, radius_q8)
-        if verdict <= verdicts.ID_UNCERTAIN and self.second is not None and sharp.rings.radius_q8 < _TINY_Q8:
+        if verdict <= verdicts.ID_UNCERTAIN and self.second is not None and not sharp.decides():
             verdict = verdicts.POOR_RINGS
         counts.verdicts[verdict] += 1
         if verdict and self.second is not None:

@@ -12,6 +12,8 @@ from larics import verdict as verdicts
 from larics.decode import LineReader
 from larics.rings import RingFit
 
+TINY_Q8 = const(2304)  # rings below this are too small for sharp rules,
+_FAINT_Q8 = const(56)  # rings less dark than this too faint, log units: noise may look like a line
 _DEVIATION_FIRST_Q10 = const(1300)  # of the rings after the first pass; of tilted markers up to 1100
 _DEVIATION_Q10 = const(480)  # after the first passes
 _FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/51, is followed by others,
@@ -38,6 +40,13 @@ class SharpOpinion:
     def memory(self):
         """Bytes of the buffers."""
         return self.rings.memory() + self.lines.memory()
+
+    def decides(self):
+        """Whether the last candidate has pixels and contrast enough for these rules to decide alone."""
+        rings = self.rings
+        if rings.radius_q8 < TINY_Q8:
+            return False
+        return (rings.area << 8) >= (rings.radius_q8 * rings.line_q10 >> 10) * _FAINT_Q8
 
     def examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
         """Fits and reads one candidate and returns the verdict.
