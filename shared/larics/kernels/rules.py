@@ -35,6 +35,8 @@ _END_MOST = const(140)  # 256 = as dark as the line
 _LINE_MOST = const(520)  # areas: 256 = as the rings'
 _GUARD_MOST = const(70)
 _ONE_LEAST = const(125)
+_ONE_MOST = const(560)  # a line is not twice as dark as the rings,
+_LIGHT_MOST = const(110)  # and its place no lighter than what surrounds it
 _ZERO_MOST = const(85)
 _SMALL_Q8 = const(4096)  # in rings smaller than this, the limits of a bit are farther apart
 _SMALL_DOUBT = const(25)
@@ -190,6 +192,8 @@ def code_rules(
         bit += 1
         rules[i] = BIAS + 65536
         rules[i + 1] = 1
+        if depth > _ONE_MOST or depth < 0 - _LIGHT_MOST:
+            rules[0] = BIAS - 50
         if depth >= one_least:
             marker_id += 1
             rules[i] = depth - one_least + BIAS
