@@ -40,7 +40,8 @@ class Detector:
     family           marker.Family: the geometry
     allowed_ids      IDs that may be reported; None: all that the family uses
     allow_id0        also report ID 0, which has no coding line
-    second_opinion   judge the best rejected candidate by a model of blur when no marker has been read
+    second_opinion   judge the best rejected candidate by a model of blur when no marker has been read; rings
+                     below 9 px and faint ones are left to it altogether, so one of these a frame is reported
     margin_min       0..255: no marker of a smaller margin is reported. More makes wrong IDs rarer and misses
                      more of what is covered, dirty or badly lit
     max_tilt_deg     of the camera, 0..40: widens the range of radii by what tilt shortens

@@ -6,8 +6,8 @@ for one candidate a frame. It takes blur, defocus, tiny rings, tilt and faintnes
 picture shows to be hidden stays hidden.
 
 On a Cortex-M7 it takes 5 to 6 million instructions of a marker, up to 11 where other candidates come
-first, and 2 to 6 where there is no marker. Finding candidates among blurred lines takes one
-million more, or 2 to 4 when the range of radii begins below 10 px or is widened for tilt.
+first, and 2 to 9 where there is no marker. Finding candidates among blurred lines takes one million more,
+2 to 4 when the range of radii begins below 10 px or is widened for tilt, and 7 to 13 from 10 to 66 px.
 """
 
 try:
