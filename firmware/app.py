@@ -5,21 +5,21 @@ import os
 import time
 
 from faults import Faults
-from guard import NoWatchdog
-from health import VERSION, Health
-from larics import messages as m
-from larics.commands import Commands
-from larics.encodings import measurement_encoder
-from larics.outbox import Outbox, Uptime
-from larics.parts import make_detector, make_locator, make_navigator
-from larics.protocol import Decoder, Encoder
-from larics.raw import RawSender
-from larics.reports import Reports
-from larics.setting_fields import FIELDS
+from larics.device.commands import Commands
+from larics.device.factory import make_detector, make_locator, make_navigator
+from larics.device.frame_messages import Reports
+from larics.device.outbox import Outbox, Uptime
+from larics.device.raw_frame import RawSender
 from larics.settings import Settings, load
+from larics.settings.fields import FIELDS
+from larics.wire import messages as m
+from larics.wire.codec import Decoder, Encoder
+from larics.wire.encodings import measurement_encoder
 from leds import NoLeds
-from link import Link
 from loop import Loop
+from safe_mode import NoWatchdog
+from serial_line import SerialLine
+from status import VERSION, Status
 
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allowed_ids")
 _DETECTOR_SETTINGS += ("allow_id0", "mirrored", "tracking", "second_opinion")
@@ -32,9 +32,9 @@ class App:
     """The running program, and what commands from the wire do to it.
 
     camera      driver, not yet started; a camera that does not start is tried again while the program runs
-    uart        opened, see link.Link
+    uart        opened, see link.SerialLine
     board       its name; unique_id: of the processor, bytes
-    keeper      keeper.Keeper of the settings, or None where they cannot be kept
+    keeper      keeper.SettingsStore of the settings, or None where they cannot be kept
     leds, sentinel, watchdog   see leds, guard; what a PC does not have
     detector    when it was made already, as long as the heap was in one piece
     banner      line printed on the console in the first seconds, for who has just flashed the board
@@ -65,7 +65,7 @@ class App:
         self.raw = RawSender()
         self.commands = Commands(settings, self.raw, self, boot)
         self.decoder = Decoder(self.commands.on_message)
-        self.link = Link(uart, self.decoder.feed)
+        self.link = SerialLine(uart, self.decoder.feed)
         uptime = Uptime()
         self.outbox = Outbox(
             self.link,
@@ -78,7 +78,7 @@ class App:
             uptime=uptime,
         )
         self.reports = Reports(self.outbox)
-        self.health = Health(boot, self.faults, clock)
+        self.health = Status(boot, self.faults, clock)
         self.loop = Loop(self, camera_ok, clock)
         gc.collect()
         if hasattr(gc, "mem_free"):  # MicroPython: main.py made it collect often while loading
@@ -153,7 +153,7 @@ class App:
         self.commands.announce()
         self.loop.close()
 
-    # what larics.commands.Commands asks for
+    # what larics.device.commands.Commands asks for
 
     def info(self, values):
         values[2], values[3], values[4] = VERSION

@@ -1,6 +1,6 @@
-"""Counts what went wrong, by the codes of larics.messages, for the status message."""
+"""Counts what went wrong, by the codes of larics.wire.messages, for the status message."""
 
-from larics.messages import COUNT_MAX
+from larics.wire.messages import COUNT_MAX
 
 
 class Faults:

@@ -1,10 +1,10 @@
 """Lights that a person can read.
 
-    green steady       TRACKING
-    green blinking     COASTING
-    blue flash         LOST: alive, no marker; one flash a second
-    red flashes        a fault lasts: as many flashes as its code, then a pause
-    all steady         safe mode
+green steady       TRACKING
+green blinking     COASTING
+blue flash         LOST: alive, no marker; one flash a second
+red flashes        a fault lasts: as many flashes as its code, then a pause
+all steady         safe mode
 """
 
 _PERIOD_MS = 1000

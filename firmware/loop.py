@@ -7,8 +7,8 @@ is counted as a fault and reported by its code.
 import gc
 import time
 
-from larics import messages as m
-from larics.measuring import Measuring
+from larics.device.measurements import Measuring
+from larics.wire import messages as m
 
 _STATUS_MS = 1000
 _CAMERA_TIMEOUT_MS = 1000
@@ -23,12 +23,12 @@ class Loop:
 
     camera     started driver, see cameras
     detector   detect(frame) -> list of Detection
-    locator    larics.camera.Camera; calibrated: whether its millimetres mean anything
+    locator    larics.locate.camera_model.Camera; calibrated: whether its millimetres mean anything
     exposure   exposure.Exposure, or None when the exposure is fixed
-    navigator  larics.navigator.Navigator, or None without a map
+    navigator  larics.locate.navigator.Navigator, or None without a map
     settings   larics.settings.Settings
     link, outbox, reports, commands, faults, health, decoder
-    leds, watchdog, banner; sentinel: guard.Guard or None
+    leds, watchdog, banner; sentinel: guard.SafeMode or None
 
     `camera_ok`: whether the camera is started; if not, it is tried again and again.
     """

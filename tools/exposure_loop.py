@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "shared"), str(ROOT / "host"), str(ROOT / "firmware")]
 
 from exposure import Exposure, gain_q8  # noqa: E402
-from larics.detector import Detector  # noqa: E402
+from larics.detect.detector import Detector  # noqa: E402
 from larics.settings import Settings  # noqa: E402
 from larics_host.render.camera import Camera, Motion, Pose  # noqa: E402
 from larics_host.render.plates import Plate  # noqa: E402

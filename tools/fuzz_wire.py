@@ -22,7 +22,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "shared")]
 
-from larics.protocol import Decoder  # noqa: E402
+from larics.wire.codec import Decoder  # noqa: E402
 from tools.vehicle_build import LIBRARY, SANITIZE, STRICT, build, corpus  # noqa: E402
 
 HERE = ROOT / "tests" / "vehicle"

@@ -20,24 +20,25 @@ from pathlib import Path
 
 import numpy as np
 
-from larics import messages as m
-from larics import protocol
-from larics.camera import Camera as Locator
-from larics.detector import Detector
+from larics.detect.detector import Detector
+from larics.device.measurements import Measuring
+from larics.locate.camera_model import Camera as Locator
 from larics.marker import Family
-from larics.measuring import Measuring
 from larics.settings import Settings
-from larics_host import cli, mounting
-from larics_host.batch import detect_all
-from larics_host.calibration.model import model_of
-from larics_host.detection_options import DetectionOptions
+from larics.wire import codec as protocol
+from larics.wire import messages as m
+from larics_host import cli
+from larics_host.calibration import mounting
+from larics_host.calibration.camera_model import model_of
+from larics_host.detection.batch import detect_all
+from larics_host.detection.options import DetectionOptions
+from larics_host.images.stills import encode_pgm
 from larics_host.mapping.mapfile import read_map
 from larics_host.render.camera import Camera, Motion, Pose
 from larics_host.render.plates import Plate
 from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
 from larics_host.render.view import render_view
-from larics_host.stills import encode_pgm
 
 PARTS = ("calibrate", "map", "validate", "log")
 SEED = 5000

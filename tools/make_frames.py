@@ -15,8 +15,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "shared"), str(ROOT / "host")]
 
+from larics_host.images.stills import encode_pgm  # noqa: E402
 from larics_host.render import render_frame  # noqa: E402
-from larics_host.stills import encode_pgm  # noqa: E402
 from larics_host.truth import write_truth  # noqa: E402
 
 

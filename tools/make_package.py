@@ -1,6 +1,6 @@
 """Writes package.json, by which `mpremote mip install` puts the firmware into a board's library.
 
-    python tools/make_package.py            after adding, renaming or removing a file of shared/ or firmware/
+python tools/make_package.py            after adding, renaming or removing a file of shared/ or firmware/
 """
 
 import json

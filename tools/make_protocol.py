@@ -14,10 +14,13 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "shared"))
 
-from larics import codes, messages, protocol, setting_fields  # noqa: E402
-from larics.mavlink import MavlinkEncoder  # noqa: E402
-from larics.nmea import NmeaEncoder  # noqa: E402
-from larics.outbox import Uptime  # noqa: E402
+from larics.device.outbox import Uptime  # noqa: E402
+from larics.settings import fields as setting_fields  # noqa: E402
+from larics.wire import codec as protocol  # noqa: E402
+from larics.wire import messages  # noqa: E402
+from larics.wire.mavlink import MavlinkEncoder  # noqa: E402
+from larics.wire.nmea import NmeaEncoder  # noqa: E402
+from larics_host import wire_names as codes  # noqa: E402
 
 HEADER = ROOT / "firmware" / "vehicle" / "src" / "larics.h"
 SOURCE = ROOT / "firmware" / "vehicle" / "src" / "larics.c"

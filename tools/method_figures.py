@@ -12,8 +12,8 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
+from larics.detect.paper import PaperDetector
 from larics.marker import CODE_ANGLES_CDEG
-from larics.paper import PaperDetector
 from larics_host.render import render_frame
 
 matplotlib.use("Agg")

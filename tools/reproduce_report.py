@@ -1,7 +1,7 @@
 """The report of tools/reproduce.py as Markdown: published, published method here, and ours, side by side."""
 
-from larics import messages as m
-from larics.protocol import frame_size
+from larics.wire import messages as m
+from larics.wire.codec import frame_size
 from larics_host.drive.field import ASSUMED
 from larics_host.drive.simulation import BAUD, LATENCY_S
 

@@ -23,10 +23,10 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "shared"), str(ROOT / "host")]
 
+from larics_host.connection.byte_sources import SerialSource  # noqa: E402
+from larics_host.connection.pty_pair import PtyPair  # noqa: E402
+from larics_host.connection.receiver import Receiver  # noqa: E402
 from larics_host.flash import build  # noqa: E402
-from larics_host.link import SerialSource  # noqa: E402
-from larics_host.pty_pair import PtyPair  # noqa: E402
-from larics_host.receiver import Receiver  # noqa: E402
 from larics_host.render import render_view  # noqa: E402
 from larics_host.render.camera import Camera, Motion  # noqa: E402
 from larics_host.render.sensor import Sensor  # noqa: E402
@@ -37,13 +37,12 @@ WIDTH, HEIGHT = 320, 240
 FPS = 400
 SWING = 1600  # frames there and back
 WAY_S = (-1.2, 2.6)  # part of the demo's drive, in its seconds
-PC_ONLY = ("desk.py", "uart_unix.py")
 
 
 def prepare(march):
     """The compiled program and one file with all frames."""
-    build.LEFT_OUT -= set(PC_ONLY)
-    for name, data in build.compile_program(ROOT, march):
+    left_out = [name for name in build.LEFT_OUT if name != "firmware/pc"]
+    for name, data in build.compile_program(ROOT, march, left_out):
         path = FOLDER / "program" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
@@ -73,7 +72,8 @@ def run(frames, heap_bytes):
     """Runs until so many frames were processed; (status messages with the time of each, exit code or None
     when it was still running, seconds until the first message)."""
     micropython = shlex.split(os.environ.get("MICROPYTHON", "")) or [str(ROOT / ".venv/bin/micropython")]
-    main = "import gc, sys; gc.threshold(4096); import desk; desk.main(sys.argv[1:])"  # as main.py
+    main = "import gc, sys; gc.threshold(4096)\n"  # as main.py
+    main += "from pc import replay_main\nreplay_main.main(sys.argv[1:])"
     command = [*micropython, "-X", "heapsize=%d" % heap_bytes, "-c", main]
     with PtyPair() as cable:
         source = SerialSource(cable.device_b)

@@ -1,6 +1,6 @@
 """Builds C programs with the vehicle library: for the tests, for tools/fuzz_wire.py, and to report its size.
 
-    python tools/vehicle_build.py     the library's code size for Cortex-M, when arm-none-eabi-gcc is there
+python tools/vehicle_build.py     the library's code size for Cortex-M, when arm-none-eabi-gcc is there
 """
 
 import pathlib
@@ -14,7 +14,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "shared"))
 
-from larics import protocol  # noqa: E402
+from larics.wire import codec as protocol  # noqa: E402
 
 LIBRARY = ROOT / "firmware" / "vehicle" / "src"
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]

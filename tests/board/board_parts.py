@@ -4,9 +4,9 @@ import time
 
 from app import App
 from cameras.replay import Replay
-from larics import protocol
-from larics.fixed import atan2_turn16, isqrt
+from larics.arith.fixed import atan2_turn16, isqrt
 from larics.settings import Settings
+from larics.wire import codec as protocol
 
 
 class Uart:

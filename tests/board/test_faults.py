@@ -2,12 +2,12 @@
 
 from board_parts import Clock, Uart, make_app, marker, plain
 
+from atomic_file import AtomicFile, seal
 from cameras import CameraError
 from faults import Faults
-from keeper import Keeper
-from larics import messages as m
 from larics.settings import VERSION, Settings
-from storage import Store, seal
+from larics.wire import messages as m
+from settings_store import SettingsStore
 
 FAULTS = 12  # indices in a STATUS
 LAST = 13
@@ -209,7 +209,7 @@ def test_an_exception_anywhere_else_does_not_stop_the_loop():
 
 
 def test_a_command_that_raises_does_not_stop_the_loop():
-    from larics import protocol
+    from larics.wire import codec as protocol
 
     app, _, uart, clock = program()
     encoder = protocol.Encoder()
@@ -298,7 +298,7 @@ class File:
 
 def kept(files):
     faults = Faults()
-    return Keeper(Store("s.json", files, files.open), faults), faults
+    return SettingsStore(AtomicFile("s.json", files, files.open), faults), faults
 
 
 def test_settings_missing_saved_and_found_again():

@@ -14,10 +14,10 @@ import machine  # noqa: E402
 import omv  # noqa: E402
 from board_parts import Uart  # noqa: E402
 
-import guard  # noqa: E402
+import safe_mode  # noqa: E402
 import start  # noqa: E402
 from larics import boards  # noqa: E402
-from larics import messages as m  # noqa: E402
+from larics.wire import messages as m  # noqa: E402
 
 FLASH = "build/board_flash"
 ACTIVE = 14
@@ -79,7 +79,7 @@ def statuses():
 def test_the_program_starts_runs_and_feeds_the_watchdog():
     world = fresh()
     boot(40)
-    assert world.watchdog_ms == guard.WATCHDOG_MS and world.fed == 40
+    assert world.watchdog_ms == safe_mode.WATCHDOG_MS and world.fed == 40
     assert world.uart_arguments == (1, 115200)
     info = world.uart.of(m.INFO)[0]
     assert bytes(info[8]).startswith(b"OpenMV RT1062") and bytes(info[9])[:6] == machine.unique_id()
@@ -123,11 +123,11 @@ def test_starts_that_last_are_not_counted():
     path = FLASH + "/" + start.FOLDER + "/starts"
     boot(1)
     for _ in range(5):
-        sentinel = guard.Guard(path)
+        sentinel = safe_mode.SafeMode(path)
         assert not sentinel.begin()
         sentinel.settled(3)
         sentinel.settled(11)
-    assert [guard.Guard(path).begin() for _ in range(4)] == [False, False, True, False]
+    assert [safe_mode.SafeMode(path).begin() for _ in range(4)] == [False, False, True, False]
 
 
 def test_the_button_leads_to_safe_mode():

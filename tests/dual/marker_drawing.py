@@ -1,6 +1,6 @@
 """Markers drawn with integers only, so that tests have the same frames on every interpreter."""
 
-from larics.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg
+from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg
 from larics.marker import LARICS3
 
 

@@ -1,8 +1,6 @@
-"""larics.approach on both interpreters: what each state does, the limits, and no allocation."""
+"""larics_vehicle.approach on both interpreters: what each state does, the limits, and no allocation."""
 
-from larics import approach as a
-from larics.approach import Approach
-from larics.messages import (
+from larics.wire.messages import (
     DIRECTION_NONE,
     ID_NONE,
     LOST,
@@ -13,6 +11,8 @@ from larics.messages import (
     STATUS,
     TRACKING,
 )
+from larics_vehicle import approach as a
+from larics_vehicle.approach import Approach
 
 try:
     from micropython import heap_lock, heap_unlock

@@ -1,9 +1,9 @@
-"""larics.camera on both interpreters: the same numbers everywhere, and no allocation for a marker.
+"""larics.locate.camera_model on both interpreters: the same numbers, and no allocation for a marker.
 
 The expected values come from the floating-point model of tests/host/test_camera.py."""
 
-from larics.camera import Camera, Measurement
-from larics.detection import Detection
+from larics.locate.camera_model import Camera, Measurement
+from larics.marker.detection import Detection
 
 try:
     from micropython import heap_lock, heap_unlock

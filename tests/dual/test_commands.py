@@ -1,10 +1,10 @@
 """Commands: answered with their token, carried out once, refused with a reason; raw frames in chunks."""
 
-from larics import messages as m
-from larics import protocol as p
-from larics.commands import Commands
-from larics.raw import RawSender
+from larics.device.commands import Commands
+from larics.device.raw_frame import RawSender
 from larics.settings import FIELDS, Settings, field
+from larics.wire import codec as p
+from larics.wire import messages as m
 
 BOOT = 4711
 
@@ -130,9 +130,7 @@ def test_a_list_takes_effect_with_its_last_part():
     bench = Bench()
     route = list(range(1, 21))
     assert bench.set(1, "route", route, 0) == [ack(1, m.SET_SETTING)]
-    assert bench.set(2, "route", route, 16) == [
-        nack(2, m.SET_SETTING, m.NACK_LIST_ORDER, field("route").key)
-    ]
+    assert bench.set(2, "route", route, 16) == [nack(2, m.SET_SETTING, m.NACK_LIST_ORDER, field("route").key)]
     assert bench.set(3, "route", route, 8) == [ack(3, m.SET_SETTING)]
     assert bench.set(3, "route", route, 8) == [ack(3, m.SET_SETTING)]  # a retry does not count twice
     assert bench.settings.route == []

@@ -1,9 +1,9 @@
 """The detector on frames drawn with integers: right, alike on both interpreters, and without allocation."""
 
-from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, FLAG_UNCONFIRMED
-from larics.detector import MARKERS, Detector
-from larics.fixed import wrap_cdeg
-from larics.hough import CENTRES
+from larics.arith.fixed import wrap_cdeg
+from larics.detect.centre_votes import CENTRES
+from larics.detect.detector import MARKERS, Detector
+from larics.marker.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, FLAG_UNCONFIRMED
 from marker_drawing import draw
 
 try:
@@ -134,7 +134,7 @@ def test_work_is_capped_on_any_content():
         for k in range(len(frame)):
             frame[k] = 255 if (k % WIDTH // period + k // WIDTH // period) & 1 else 0
         assert finder.detect(frame) == []
-        counts = finder.counts
+        counts = finder.statistics
         assert counts.candidates <= CENTRES
         assert counts.edges <= counts.steep <= WIDTH * HEIGHT // 16
         assert sum(counts.verdicts) == counts.candidates

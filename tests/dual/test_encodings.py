@@ -2,12 +2,12 @@
 
 import struct
 
-from larics import messages as m
-from larics import protocol as p
-from larics.float32 import put_float32, put_nan32
-from larics.mavlink import MavlinkEncoder
-from larics.nmea import LONGEST, NmeaEncoder
-from larics.outbox import Uptime
+from larics.arith.float32 import put_float32, put_nan32
+from larics.device.outbox import Uptime
+from larics.wire import codec as p
+from larics.wire import messages as m
+from larics.wire.mavlink import MavlinkEncoder
+from larics.wire.nmea import LONGEST, NmeaEncoder
 
 try:
     from micropython import heap_lock, heap_unlock

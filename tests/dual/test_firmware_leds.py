@@ -1,7 +1,7 @@
 """The lights: what a person would see over time, and the counters of faults."""
 
 from faults import Faults
-from larics import messages as m
+from larics.wire import messages as m
 from leds import Leds, NoLeds
 
 

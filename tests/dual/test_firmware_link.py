@@ -1,6 +1,6 @@
 """The serial link's ring: order, whole messages only, and a UART that takes little, nothing or fails."""
 
-from link import Link
+from serial_line import SerialLine
 
 
 class Uart:
@@ -42,7 +42,7 @@ def message(number, length):
 
 def test_bytes_keep_their_order_over_many_turns_of_the_ring():
     uart = Uart(room=13)
-    link = Link(uart, ignore, 100)
+    link = SerialLine(uart, ignore, 100)
     expected = b""
     for number in range(200):
         data = message(number, 1 + number * 7 % 40)
@@ -58,7 +58,7 @@ def test_bytes_keep_their_order_over_many_turns_of_the_ring():
 
 def test_a_message_that_does_not_fit_is_refused_whole():
     uart = Uart()
-    link = Link(uart, ignore, 50)
+    link = SerialLine(uart, ignore, 50)
     assert link.send(message(1, 30), 30)
     assert not link.send(message(2, 30), 30)
     assert link.send(message(3, 20), 20)
@@ -70,7 +70,7 @@ def test_a_message_that_does_not_fit_is_refused_whole():
 
 def test_only_the_given_count_is_sent():
     uart = Uart()
-    link = Link(uart, ignore, 50)
+    link = SerialLine(uart, ignore, 50)
     link.send(message(1, 40), 7)
     link.pump()
     assert bytes(uart.sent) == message(1, 40)[:7]
@@ -78,7 +78,7 @@ def test_only_the_given_count_is_sent():
 
 def test_none_and_short_writes_lose_nothing():
     uart = Uart(room=0)
-    link = Link(uart, ignore, 100)
+    link = SerialLine(uart, ignore, 100)
     data = message(5, 60)
     link.send(data, 60)
     assert link.pump() and link.sent_bytes == 0 and link.stalled
@@ -91,7 +91,7 @@ def test_none_and_short_writes_lose_nothing():
 
 def test_a_failing_uart_is_counted_and_the_bytes_wait():
     uart = Uart()
-    link = Link(uart, ignore, 100)
+    link = SerialLine(uart, ignore, 100)
     link.send(message(5, 60), 60)
     uart.broken = True
     assert not link.pump() and not link.poll() and link.failed
@@ -102,7 +102,7 @@ def test_a_failing_uart_is_counted_and_the_bytes_wait():
 
 def test_one_call_is_bounded():
     uart = Uart()
-    link = Link(uart, ignore, 1000)
+    link = SerialLine(uart, ignore, 1000)
     link.send(message(5, 900), 900)
     link.pump()
     assert 0 < len(uart.sent) <= 320
@@ -111,7 +111,7 @@ def test_one_call_is_bounded():
 def test_what_arrives_is_handed_on():
     uart = Uart()
     got = bytearray()
-    link = Link(uart, lambda buffer, count: got.extend(bytes(buffer[:count])), 100)
+    link = SerialLine(uart, lambda buffer, count: got.extend(bytes(buffer[:count])), 100)
     uart.incoming = message(9, 150)
     for _ in range(5):
         assert link.poll()

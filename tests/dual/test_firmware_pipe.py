@@ -4,7 +4,7 @@ import os
 import struct
 
 from cameras import CameraError
-from cameras.pipe import HEADER, MAGIC, FrameClock, Pipe
+from pc.pipe_camera import HEADER, MAGIC, FrameClock, Pipe
 
 PATH = "build/dual_pipe.bin"
 

@@ -1,6 +1,6 @@
 """Kept settings survive a loss of power at every byte written and between any two file operations."""
 
-from storage import CORRUPT, GOOD, MISSING, RESTORED, Store, seal, unseal
+from atomic_file import CORRUPT, GOOD, MISSING, RESTORED, AtomicFile, seal, unseal
 
 
 class PowerLoss(Exception):
@@ -72,7 +72,7 @@ class File:
 
 
 def store(flash):
-    return Store("settings.json", flash, flash.open)
+    return AtomicFile("settings.json", flash, flash.open)
 
 
 def saved(*texts):

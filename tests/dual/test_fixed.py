@@ -1,6 +1,6 @@
 """Integer trigonometry and roots, against exact or recomputed values."""
 
-from larics import fixed
+from larics.arith import fixed
 
 
 def sine_q14_reference(angle_turn16):

@@ -1,8 +1,8 @@
 """Following one marker never costs sight of another."""
 
-from larics.detection import FLAG_BORDER, FLAG_TRACKED, FLAG_UNCONFIRMED
-from larics.follower import Follower
-from larics.parts import make_detector
+from larics.detect.tracker import Tracker
+from larics.device.factory import make_detector
+from larics.marker.detection import FLAG_BORDER, FLAG_TRACKED, FLAG_UNCONFIRMED
 from larics.settings import Settings
 from marker_drawing import draw
 
@@ -34,14 +34,14 @@ class Seen:
 def calls(found, frames=20):
     finder = Finder()
     finder.found = found
-    follower = Follower(finder)
+    follower = Tracker(finder)
     for _ in range(frames):
         follower.detect(None)
     return finder.calls
 
 
 def test_a_single_marker_is_followed_and_the_frame_searched_every_eighth_time():
-    assert calls([Seen()]) == "sttttttt" "sttttttt" "sttt"
+    assert calls([Seen()]) == "stttttttstttttttsttt"
 
 
 def test_what_is_not_safe_to_follow_is_searched_for():

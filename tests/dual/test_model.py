@@ -1,13 +1,13 @@
-"""The second opinion on frames drawn and blurred with integers: read, alike on both interpreters, frugal."""
+"""The blur-model reader on frames drawn and blurred with integers: alike on both interpreters, frugal."""
 
-from larics import verdict
-from larics.blur import MOTIONS, BlurModel
-from larics.candidates import X_Q8
-from larics.detection import FLAG_MODEL
-from larics.detector import Detector
-from larics.fixed import wrap_cdeg
+from larics.arith.fixed import wrap_cdeg
+from larics.blurred.blur_model import MOTIONS, BlurModel
+from larics.blurred.candidates import X_Q8
+from larics.blurred.reader import BlurModelReader
+from larics.detect.detector import Detector
 from larics.marker import LARICS3, Family
-from larics.model import SecondOpinion
+from larics.marker import verdicts as verdict
+from larics.marker.detection import FLAG_BLUR_MODEL
 from marker_drawing import draw
 
 try:
@@ -53,21 +53,21 @@ def test_what_motion_blurs_is_read_by_the_second_opinion_alone():
         frame = moved(marker_id, heading_cdeg)
         assert [one for one in alone.detect(frame) if one.marker_id >= 0] == []
         found = asked.detect(frame)
-        assert len(found) == 1 and asked.counts.second == verdict.ACCEPTED
+        assert len(found) == 1 and asked.statistics.blur_verdict == verdict.ACCEPTED
         one = found[0]
-        assert one.marker_id == marker_id and one.flags == FLAG_MODEL and one.margin > 0
+        assert one.marker_id == marker_id and one.flags == FLAG_BLUR_MODEL and one.margin > 0
         assert abs(one.x_q8 - 16 * X_Q4) <= 32, one
         assert abs(one.y_q8 - 16 * Y_Q4) <= 32, one
         assert abs(one.radius_q8 - 16 * RADIUS_Q4) <= 160, one
         assert abs(wrap_cdeg(one.heading_cdeg - heading_cdeg)) <= 100, (one, heading_cdeg)
-    assert MOTIONS[asked.second.blur.motion] > 1280 and asked.second.blur.direction in (0, 2, 30)
+    assert MOTIONS[asked.blur_reader.blur.motion] > 1280 and asked.blur_reader.blur.direction in (0, 2, 30)
 
 
 def test_a_sharp_marker_needs_no_second_opinion():
     finder = detector()
     found = finder.detect(draw(WIDTH, HEIGHT, 3, X_Q4, Y_Q4, RADIUS_Q4, 4000))
     assert len(found) == 1 and found[0].flags == 0
-    assert finder.counts.second == -1
+    assert finder.statistics.blur_verdict == -1
 
 
 def test_what_a_sharp_picture_hides_stays_hidden():
@@ -77,7 +77,7 @@ def test_what_a_sharp_picture_hides_stays_hidden():
             frame[y * WIDTH + x] = 255
     finder = detector()
     for one in finder.detect(frame):
-        assert not one.flags & FLAG_MODEL
+        assert not one.flags & FLAG_BLUR_MODEL
 
 
 def test_nothing_is_allocated():
@@ -92,7 +92,7 @@ def test_nothing_is_allocated():
         for frame in frames:
             for one in finder.detect(frame):
                 ids = ids * 8 + one.marker_id
-            if finder.counts.second >= 0:
+            if finder.statistics.blur_verdict >= 0:
                 asked += 1
     finally:
         heap_unlock()
@@ -100,7 +100,7 @@ def test_nothing_is_allocated():
 
 
 def test_candidates_are_kept_by_promise_and_once():
-    second = SecondOpinion(WIDTH, HEIGHT, LARICS3, 175, bytearray(8), 16)
+    second = BlurModelReader(WIDTH, HEIGHT, LARICS3, 175, bytearray(8), 16)
     candidates = second.candidates
     for x, said in ((10, verdict.NO_RADIUS), (30, verdict.NO_ORIENTATION), (11, verdict.NO_RADIUS)):
         candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said, 0)
@@ -126,11 +126,11 @@ def test_blur_spreads_a_line_and_keeps_its_ink():
 
 
 def test_it_knows_the_families_with_rings_of_two_to_three():
-    assert SecondOpinion.knows(LARICS3) and SecondOpinion.knows(LARICS3.scaled(800))
+    assert BlurModelReader.knows(LARICS3) and BlurModelReader.knows(LARICS3.scaled(800))
     other = Family(inner_mm10=1150, code_end_mm10=900)
-    assert not SecondOpinion.knows(other)
-    assert Detector(WIDTH, HEIGHT, 23, 30, family=other).second is None
-    assert detector(second_opinion=False).second is None
+    assert not BlurModelReader.knows(other)
+    assert Detector(WIDTH, HEIGHT, 23, 30, family=other).blur_reader is None
+    assert detector(second_opinion=False).blur_reader is None
     assert 8000 < detector().memory() - detector(second_opinion=False).memory() < 16384
 
 

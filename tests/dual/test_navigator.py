@@ -1,7 +1,9 @@
-"""larics.navigator on both interpreters: pose, route and the direction to go on."""
+"""larics.locate.navigator on both interpreters: pose, route and the direction to go on."""
 
-from larics.camera import Measurement
-from larics.messages import (
+from larics.locate.camera_model import Measurement
+from larics.locate.navigator import Navigator
+from larics.locate.route import MISSED, ON_ROUTE, SAME
+from larics.wire.messages import (
     COASTING,
     DIRECTION_NONE,
     FAULT_MARKER_PLACE,
@@ -10,8 +12,6 @@ from larics.messages import (
     ROUTE_NONE,
     TRACKING,
 )
-from larics.navigator import Navigator
-from larics.route import MISSED, ON_ROUTE, SAME
 
 try:
     from micropython import heap_lock, heap_unlock

@@ -1,9 +1,9 @@
 """The outbox: the newest measurement wins, raw chunks only in leftover line time, nothing allocated."""
 
-from larics import messages as m
-from larics import protocol as p
-from larics.outbox import Outbox
-from larics.raw import RawSender
+from larics.device.outbox import Outbox
+from larics.device.raw_frame import RawSender
+from larics.wire import codec as p
+from larics.wire import messages as m
 
 try:
     from micropython import heap_lock, heap_unlock
@@ -125,9 +125,7 @@ def test_a_line_slower_than_its_baud_rate_does_not_queue():
     line, outbox, _, _ = make(115200, slow)
     run(line, outbox, 120)
     ages = [values[1] for number, _, values in line.messages() if number == m.MARKER]
-    late = [
-        end - values[0] * FRAME_US for number, end, values in line.messages() if number == m.MARKER
-    ]
+    late = [end - values[0] * FRAME_US for number, end, values in line.messages() if number == m.MARKER]
     assert len(ages) > 10 and max(late) < 250000 and outbox.drops > 60
 
 

@@ -1,7 +1,7 @@
 """The published method on frames drawn with integers: the same detections on both interpreters."""
 
-from larics.detection import FLAG_BORDER
-from larics.paper import PaperDetector
+from larics.detect.paper import PaperDetector
+from larics.marker.detection import FLAG_BORDER
 from marker_drawing import draw
 
 try:

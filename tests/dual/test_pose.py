@@ -1,8 +1,10 @@
-"""larics.pose on both interpreters: states, gates, faults, and no allocation for a frame."""
+"""larics.locate.localizer on both interpreters: states, gates, faults, and no allocation for a frame."""
 
-from larics.camera import Measurement
-from larics.markermap import MarkerMap
-from larics.messages import (
+from larics.locate.camera_model import Measurement
+from larics.locate.localizer import Localizer
+from larics.locate.marker_map import MarkerMap
+from larics.locate.motion import direction_cdeg
+from larics.wire.messages import (
     COASTING,
     FAULT_MARKER_HEIGHT,
     FAULT_MARKER_PLACE,
@@ -12,8 +14,6 @@ from larics.messages import (
     SIGMA_UNKNOWN,
     TRACKING,
 )
-from larics.motion import direction_cdeg
-from larics.pose import Localizer
 
 try:
     from micropython import heap_lock, heap_unlock

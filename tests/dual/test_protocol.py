@@ -3,9 +3,9 @@
 from array import array
 from binascii import crc32
 
-from larics import framing
-from larics import protocol as p
 from larics.kernels import crc as kernel
+from larics.wire import codec as p
+from larics.wire import framing
 
 try:
     from micropython import heap_lock, heap_unlock

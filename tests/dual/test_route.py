@@ -1,8 +1,8 @@
-"""larics.route and larics.markermap on both interpreters."""
+"""larics.locate.route and larics.locate.marker_map on both interpreters."""
 
-from larics import route as r
-from larics.markermap import MarkerMap, map_reason
-from larics.route import Route, resolve_entries, route_reason
+from larics.locate import route as r
+from larics.locate.marker_map import MarkerMap, map_reason
+from larics.locate.route import Route, resolve_entries, route_reason
 
 try:
     from micropython import heap_lock, heap_unlock

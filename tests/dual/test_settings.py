@@ -1,9 +1,9 @@
 """Settings: every limit, conflicts, and the way to and from dicts and the wire."""
 
 from larics import settings as s
-from larics.parts import make_detector, make_locator
-from larics.setting_fields import FIELDS
-from larics.suiting import calibrated_camera, camera_reason
+from larics.device.factory import make_detector, make_locator
+from larics.settings.constraints import calibrated_camera, camera_reason
+from larics.settings.fields import FIELDS
 
 
 def _refused(changes, *words):

@@ -1,4 +1,4 @@
-"""A camera on a vehicle in floating point: rotation matrices and rays, independent of larics.camera.
+"""A camera on a vehicle in floating point: rotation matrices and rays, independent of larics.locate.
 
 The vehicle stands at (x, y, heading) on the map; the camera sits on it and looks up at a ceiling plane.
 Used as the oracle of the geometry tests.
@@ -27,7 +27,7 @@ DEFAULT_MOUNTING = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
 
 
 class FloatCamera:
-    """The model that larics.camera approximates; lengths in mm, angles in degrees, focal length in px."""
+    """The model that locate.camera_model approximates; lengths in mm, angles in degrees, focal in px."""
 
     def __init__(
         self,

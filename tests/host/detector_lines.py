@@ -5,7 +5,7 @@ python (LARICS_KERNELS=numba|plain|strict) or micropython detector_lines.py MIN:
 
 import sys
 
-from larics.detector import Detector
+from larics.detect.detector import Detector
 
 
 def read_pgm(name):
@@ -31,7 +31,7 @@ def line(detector, pixels):
                 one.flags,
             )
         text += " |"
-    counts = detector.counts
+    counts = detector.statistics
     return text + " %d %d %d %s" % (counts.steep, counts.edges, counts.crossings, list(counts.verdicts))
 
 

@@ -4,8 +4,8 @@ import contextlib
 import os
 import subprocess
 
-from larics_host.link import SerialSource
-from larics_host.pty_pair import PtyPair
+from larics_host.connection.byte_sources import SerialSource
+from larics_host.connection.pty_pair import PtyPair
 from tests.host.test_dual import ROOT, interpreter
 
 SEARCH = ":".join(["shared", "firmware", ".frozen"])
@@ -16,9 +16,10 @@ def environment(search=SEARCH):
 
 
 def start_firmware(frames, port, *options, heap=None):
-    """The process of firmware/desk.py; `heap`: bytes, as text for -X heapsize."""
+    """The process of firmware/pc/replay_main.py; `heap`: bytes, as text for -X heapsize."""
     heap_option = ["-X", "heapsize=" + heap] if heap else []
-    command = [*interpreter(), *heap_option, "firmware/desk.py", "--frames", str(frames), "--port", port]
+    program = [*interpreter(), *heap_option, "firmware/pc/replay_main.py"]
+    command = [*program, "--frames", str(frames), "--port", port]
     return subprocess.Popen(
         [*command, *options],
         cwd=ROOT,

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from larics_host import scoring
-from larics_host.scoring import Found, Tally, Truth
+from larics_host.validation import scoring
+from larics_host.validation.scoring import Found, Tally, Truth
 from tools.benchmark import evaluate, frames, interpreter, methods, page, plan, plots, report, targets
 
 TRUTH = Truth(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
@@ -106,8 +106,8 @@ def test_detectors_are_kept_by_all_that_they_are_told():
     level, tilted = (evaluate._detector("larics", 30.0, tilt) for tilt in (0, 40))
     assert level is evaluate._detector("larics", 30.0, 0)
     assert tilted.detector.memory() > level.detector.memory()  # smaller rings need finer cells
-    assert level.detector.second is not None
-    assert evaluate._detector("larics_sharp", 30.0, 0).detector.second is None
+    assert level.detector.blur_reader is not None
+    assert evaluate._detector("larics_sharp", 30.0, 0).detector.blur_reader is None
 
 
 def test_every_stress_that_is_to_be_borne_is_a_point_of_500_frames():
@@ -228,13 +228,13 @@ def cost(each, asked, memory):
 def test_the_second_opinion_costs_what_it_adds_where_it_was_asked():
     costs = {
         "search, blur 8": cost([1.0, 9.5, 7.0], [False, True, True], 5000),
-        "search, blur 8, second opinion off": cost([1.0, 1.5, 2.0], [False] * 3, 4000),
+        "search, blur 8, blur-model reader off": cost([1.0, 1.5, 2.0], [False] * 3, 4000),
     }
     added = targets.second_opinion(costs)["search, blur 8"]
     assert (added["asked"], added["median"], added["max"]) == (2, 6.5, 8.0)
     assert added["memory"] == (4000, 5000)
     (row,) = targets.targets({"micropython": {"given": costs}})
-    assert (row.label, row.frames, row.verdict()) == ("second opinion, blur 8: most, Minsn", 2, "reached")
+    assert (row.label, row.frames, row.verdict()) == ("blur-model reader, blur 8: most, Minsn", 2, "reached")
 
 
 def test_the_page_is_brought_up_to_date_by_what_was_measured(tmp_path):

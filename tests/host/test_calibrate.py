@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from larics_host import cli, mounting
+from larics_host import cli
+from larics_host.calibration import mounting
 from larics_host.render.camera import Camera, Motion
 from tools.host_figures import SUNNY, calibration_errors, calibration_poses, vehicle_below, write_frames
 

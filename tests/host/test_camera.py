@@ -1,4 +1,4 @@
-"""larics.camera against a floating-point 3-D model, and the conventions of angles and frames."""
+"""larics.locate.camera_model against a floating-point 3-D model, and the conventions of angles and frames."""
 
 import math
 
@@ -6,8 +6,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from larics.camera import Camera, Measurement
-from larics.detection import Detection
+from larics.locate.camera_model import Camera, Measurement
+from larics.marker.detection import Detection
 from tests.host.camera_model import FloatCamera, angle_difference, rotation
 from tests.host.small_int import Small
 

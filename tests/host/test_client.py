@@ -4,13 +4,13 @@ import random
 
 import pytest
 
-from larics import messages as m
-from larics.commands import Commands
-from larics.outbox import Outbox
-from larics.protocol import Decoder, Encoder
-from larics.raw import RawSender
+from larics.device.commands import Commands
+from larics.device.outbox import Outbox
+from larics.device.raw_frame import RawSender
 from larics.settings import Settings
-from larics_host.client import Client, NoAnswer, Refused
+from larics.wire import messages as m
+from larics.wire.codec import Decoder, Encoder
+from larics_host.connection.client import Client, NoAnswer, Refused
 from larics_host.errors import UserError
 
 

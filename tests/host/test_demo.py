@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from larics import messages as m
-from larics import protocol
 from larics.settings import Settings
+from larics.wire import codec as protocol
+from larics.wire import messages as m
 from larics_host.render.scene import Scene
 from larics_host.render.view import truth_of
 from tools.demo import compare, drive, picture

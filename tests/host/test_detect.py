@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from plain_marker import plain_frame
 
-from larics.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, NO_ID, Detection
-from larics_host import cli, detectors, drawing
+from larics.marker.detection import FLAG_BORDER, FLAG_ID_UNCERTAIN, NO_ID, Detection
+from larics_host import cli
+from larics_host.detection import detectors
 from larics_host.errors import UserError
+from larics_host.images import drawing
 from larics_host.render import render_frame
 
 RADIUS = ("--radius-px", "25:35")

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from larics.detector import Detector
-from larics.hough import CENTRES
-from larics_host.frames import open_frames
+from larics.detect.centre_votes import CENTRES
+from larics.detect.detector import Detector
+from larics_host.images.frame_sources import open_frames
 from larics_host.render import render_frame
 from larics_host.truth import read_truth
 
@@ -216,7 +216,7 @@ def test_hostile_content_is_capped():
         scales = len(finder._scales)
         for name, frame in hostile().items():
             assert finder.detect(np.ascontiguousarray(frame.astype(np.uint8))) == [], name
-            counts = finder.counts
+            counts = finder.statistics
             assert counts.candidates <= CENTRES * scales
             assert counts.crossings <= CENTRES * scales * 700
 

@@ -7,9 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from larics import messages as m
 from larics.settings import Settings
-from larics_host import cli, mounting
+from larics.wire import messages as m
+from larics_host import cli
+from larics_host.calibration import mounting
 from larics_host.drive import command, field, score
 from larics_host.drive.firmware import Firmware
 from larics_host.drive.simulation import Frame, Record, Sight, judge

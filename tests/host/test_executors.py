@@ -206,7 +206,7 @@ def test_the_executor_is_chosen_by_the_environment(monkeypatch):
 
 def test_an_unknown_executor_is_named():
     process = subprocess.run(
-        [sys.executable, "-c", "import larics.fixed"],
+        [sys.executable, "-c", "import larics.arith.fixed"],
         cwd=ROOT,
         env=dict(os.environ, PYTHONPATH="shared", LARICS_KERNELS="bad"),
         capture_output=True,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exposure import Exposure, gain_cdb, gain_q8
-from larics.detection import Detection
+from larics.marker.detection import Detection
 from larics.settings import Settings
 from tools.exposure_loop import recovery, run
 

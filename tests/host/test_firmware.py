@@ -9,11 +9,11 @@ import time
 import numpy as np
 import pytest
 
-from larics import messages as m
-from larics import protocol
-from larics_host.link import LinkLost
-from larics_host.pty_pair import PtyPair
-from larics_host.receiver import Receiver
+from larics.wire import codec as protocol
+from larics.wire import messages as m
+from larics_host.connection.byte_sources import ConnectionLost
+from larics_host.connection.pty_pair import PtyPair
+from larics_host.connection.receiver import Receiver
 from larics_host.render import render_frame
 from tests.host.firmware_process import running_firmware, start_firmware
 from tests.host.test_dual import ROOT, interpreter
@@ -167,7 +167,7 @@ def test_a_cable_pulled_out_does_not_stop_the_firmware(recording):
     with running_firmware(folder, *FAST, "--fps", "30", "--rounds", "0") as (process, cable, source):
         receive(process, source, lambda message: message.name == "MARKER")
         cable.unplug()
-        with pytest.raises(LinkLost):
+        with pytest.raises(ConnectionLost):
             for _ in range(100):
                 source.read()
         time.sleep(1)
@@ -192,7 +192,7 @@ def test_a_cable_pulled_out_does_not_stop_the_firmware(recording):
 def test_bad_input_gets_one_line(recording, options, expected):
     options = [option.format(frames=recording[0]) for option in options]
     result = subprocess.run(
-        [*interpreter(), "firmware/desk.py", "--port", "/dev/null", *options],
+        [*interpreter(), "firmware/pc/replay_main.py", "--port", "/dev/null", *options],
         cwd=ROOT,
         env=dict(os.environ, MICROPYPATH="shared:firmware:.frozen"),
         capture_output=True,
@@ -205,7 +205,7 @@ def test_bad_input_gets_one_line(recording, options, expected):
 
 def test_help_of_the_program_on_a_pc():
     result = subprocess.run(
-        [*interpreter(), "firmware/desk.py", "--help"],
+        [*interpreter(), "firmware/pc/replay_main.py", "--help"],
         cwd=ROOT,
         env=dict(os.environ, MICROPYPATH="shared:firmware:.frozen"),
         capture_output=True,

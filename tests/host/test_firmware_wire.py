@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from larics import messages as m
-from larics_host.client import Client, Refused
+from larics.wire import messages as m
+from larics_host.connection.client import Client, Refused
 from larics_host.render import render_frame
 from tests.host.firmware_process import running_firmware
 

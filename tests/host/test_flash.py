@@ -16,10 +16,10 @@ import serial
 
 from larics.boards import BOARDS, find
 from larics_host import cli
+from larics_host.connection.pty_pair import PtyPair
 from larics_host.errors import UserError
 from larics_host.flash import build, install, ports
 from larics_host.flash.session import Session, SessionError
-from larics_host.pty_pair import PtyPair
 from tests.host.test_dual import ROOT, interpreter
 from tools import make_package
 
@@ -337,9 +337,9 @@ def test_architecture_and_mpy_version():
 
 def test_the_program_has_what_a_board_needs_and_nothing_else():
     names = [name for _, name in build.program(ROOT)]
-    assert "start.mpy" in names and "larics/detector.mpy" in names and "cameras/openmv_csi.mpy" in names
-    assert not {"main.mpy", "desk.mpy", "larics/_cpython.mpy"} & set(names)
-    assert names.index("larics/protocol.mpy") < names.index("start.mpy")  # libraries first
+    assert {"start.mpy", "larics/detect/detector.mpy", "cameras/openmv_csi.mpy"} < set(names)
+    assert not {"main.mpy", "pc/replay_main.mpy", "larics/_cpython.mpy"} & set(names)
+    assert names.index("larics/wire/codec.mpy") < names.index("start.mpy")  # libraries first
     for march in ("armv7emsp", "xtensawin"):
         assert all(data[:1] == b"M" for _, data in build.compile_program(ROOT, march))
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from larics_host.errors import UserError
-from larics_host.frames import open_frames
-from larics_host.openmv_stream import BAYER, BINARY, GRAYSCALE, RGB565
+from larics_host.images.frame_sources import open_frames
+from larics_host.images.openmv_stream import BAYER, BINARY, GRAYSCALE, RGB565
 
 FRAME = np.random.default_rng(7).integers(0, 256, (31, 45), dtype=np.uint8)
 

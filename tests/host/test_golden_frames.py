@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from larics_host.frames import open_frames
+from larics_host.images.frame_sources import open_frames
 from larics_host.truth import by_frame, read_truth
 
 ROOT = Path(__file__).resolve().parents[2]

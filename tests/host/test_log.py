@@ -11,13 +11,13 @@ import time
 
 import pytest
 
-from larics import messages as m
-from larics import protocol
+from larics.wire import codec as protocol
+from larics.wire import messages as m
 from larics_host import cli
-from larics_host.live import LiveView, flag_text
-from larics_host.pty_pair import PtyPair
-from larics_host.receiver import Receiver
-from larics_host.recording import read_pieces
+from larics_host.connection.pty_pair import PtyPair
+from larics_host.connection.receiver import Receiver
+from larics_host.logs.live_table import LiveTable, flag_text
+from larics_host.logs.log_reader import read_pieces
 from tests.host.test_dual import ROOT
 
 
@@ -181,7 +181,7 @@ def test_live_view_shows_measures_and_health():
     from rich.console import Console
 
     receiver = Receiver()
-    view = LiveView("/dev/x")
+    view = LiveTable("/dev/x")
     encoder = protocol.Encoder()
     count = encoder.encode(m.INFO, [0, 1, 0, 1, 0, 320, 240, 61, b"desk".ljust(16, b"\0"), bytes(12)])
     data = bytes(encoder.buffer[:count])

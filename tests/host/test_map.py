@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from larics import messages as m
+from larics.wire import messages as m
 from larics_host import cli
 from larics_host.mapping import mapfile
 from tests.host.test_monitor import firmware

@@ -8,8 +8,8 @@ import subprocess
 
 import pytest
 
-from larics import messages as m
-from larics.protocol import Decoder
+from larics.wire import messages as m
+from larics.wire.codec import Decoder
 
 mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
 
@@ -17,11 +17,11 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 DEVICE = """
 import sys
-from larics import messages as m
-from larics.outbox import Outbox, Uptime
-from larics.mavlink import MavlinkEncoder
-from larics.nmea import NmeaEncoder
-from larics.protocol import Encoder
+from larics.wire import messages as m
+from larics.device.outbox import Outbox, Uptime
+from larics.wire.mavlink import MavlinkEncoder
+from larics.wire.nmea import NmeaEncoder
+from larics.wire.codec import Encoder
 
 class Sink:
     def free(self):

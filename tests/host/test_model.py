@@ -1,4 +1,4 @@
-"""The second opinion on rendered stress: what it adds, what it leaves, and the same on all executors."""
+"""The blur-model reader on rendered stress: what it adds, what it leaves, and the same on all executors."""
 
 import math
 from pathlib import Path
@@ -7,8 +7,8 @@ import pytest
 import skimage.data
 from PIL import Image
 
-from larics.detection import FLAG_ID_UNCERTAIN, FLAG_MODEL
-from larics.detector import Detector
+from larics.detect.detector import Detector
+from larics.marker.detection import FLAG_BLUR_MODEL, FLAG_ID_UNCERTAIN
 from larics_host.render import render_frame
 from tests.host.test_kernels import execute
 
@@ -30,7 +30,7 @@ def read(found, truths, radius_px):
         if not one.flags & FLAG_ID_UNCERTAIN:
             right += one.marker_id == truths[0].id
             wrong += one.marker_id != truths[0].id
-            model += bool(one.flags & FLAG_MODEL)
+            model += bool(one.flags & FLAG_BLUR_MODEL)
     return right, wrong, model
 
 
@@ -50,14 +50,14 @@ def test_stressed_markers_are_read(stress):
 
 
 def test_sharp_rules_alone_read_little_of_it():
-    """Or the second opinion would be dead weight."""
+    """Or the blur-model reader would be dead weight."""
     alone = Detector(360, 296, 6, 10, second_opinion=False)
     frames = [render_frame("sunny", 1300, index, radius_px=8) for index in range(COUNT)]
     assert sum(read(alone.detect(frame), truths, 8)[0] for frame, truths in frames) <= COUNT // 2
 
 
 def test_what_is_faint_is_left_to_the_second_opinion():
-    """In noise as strong as the lines the sharp rules read wrong IDs now and then."""
+    """In noise as strong as the lines the direct reader read wrong IDs now and then."""
     detector = Detector(360, 296, 25, 35)
     alone = Detector(360, 296, 25, 35, second_opinion=False)
     sharp = 0
@@ -74,12 +74,12 @@ def test_clutter_gets_no_second_chance():
     for index in range(30):
         frame, _ = render_frame("negative", 1300, index)
         for detector in detectors:
-            assert not [one for one in detector.detect(frame) if one.flags & FLAG_MODEL]
+            assert not [one for one in detector.detect(frame) if one.flags & FLAG_BLUR_MODEL]
     folder = Path(skimage.data.__file__).parent
     for name in ("brick.png", "coins.png", "page.png", "camera.png"):
         pixels = Image.open(folder / name).convert("L").resize((360, 296)).tobytes()
         for detector in detectors:
-            assert not [one for one in detector.detect(pixels) if one.flags & FLAG_MODEL]
+            assert not [one for one in detector.detect(pixels) if one.flags & FLAG_BLUR_MODEL]
 
 
 def test_all_executors_give_the_same_second_opinion(tmp_path):

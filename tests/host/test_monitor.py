@@ -13,18 +13,18 @@ import cv2
 import numpy as np
 import pytest
 
-from larics import messages as m
-from larics import protocol
+from larics.wire import codec as protocol
+from larics.wire import messages as m
 from larics_host import cli
-from larics_host.link import SerialSource
+from larics_host.connection.byte_sources import SerialSource
+from larics_host.connection.pty_pair import PtyPair
+from larics_host.connection.receiver import Receiver
+from larics_host.logs.log_reader import RecordedSource
 from larics_host.monitor.drawing import Canvas, draw_view
 from larics_host.monitor.session import Session
 from larics_host.monitor.state import MonitorState
 from larics_host.monitor.terminal import render
 from larics_host.monitor.web import serve
-from larics_host.pty_pair import PtyPair
-from larics_host.receiver import Receiver
-from larics_host.recording import RecordedSource
 from tests.host.browser import headless_browser
 from tests.host.firmware_process import start_firmware
 from tests.host.plain_marker import plain_frame

@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from larics import detection
+from larics.detect.paper import PaperDetector
 from larics.kernels import paper as kernels
-from larics.marker import CODE_ANGLES_CDEG, LARICS3, LINE, Family
-from larics.paper import PaperDetector
-from larics_host.frames import open_frames
+from larics.marker import CODE_ANGLES_CDEG, LARICS3, LINE, Family, detection
+from larics_host.images.frame_sources import open_frames
 from larics_host.truth import read_truth
 
 WIDTH, HEIGHT = 120, 90

@@ -1,15 +1,15 @@
-"""larics.pose and larics.approach against plain floating-point motion."""
+"""larics.locate.localizer and larics_vehicle.approach against plain floating-point motion."""
 
 import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from larics.approach import Approach
-from larics.camera import Measurement
-from larics.markermap import MarkerMap
-from larics.messages import COASTING, ID_NONE, LOST, MARKER, MARKER_NONE, TRACKING
-from larics.pose import Localizer
+from larics.locate.camera_model import Measurement
+from larics.locate.localizer import Localizer
+from larics.locate.marker_map import MarkerMap
+from larics.wire.messages import COASTING, ID_NONE, LOST, MARKER, MARKER_NONE, TRACKING
+from larics_vehicle.approach import Approach
 from tests.host.camera_model import angle_difference, rotation
 from tests.host.small_int import Small
 

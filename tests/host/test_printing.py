@@ -152,9 +152,7 @@ def test_pdf_tiles_fit_together(tmp_path):
         corners.append((left - x, bottom - y, right - x, top - y))
     # in the marker's own coordinates the windows cover the plate and its crop marks without a gap
     points = np.random.default_rng(1).uniform(-257, 257, (4000, 2))
-    covered = [
-        any(a <= px <= c and b <= py <= d for a, b, c, d in corners) for px, py in points
-    ]
+    covered = [any(a <= px <= c and b <= py <= d for a, b, c, d in corners) for px, py in points]
     assert all(covered)
     # neighbours overlap by 10 mm
     columns = sorted({(round(a, 3), round(c, 3)) for a, _, c, _ in corners})

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from larics_host import cli
-from larics_host.frames import open_frames
-from larics_host.openmv_stream import GRAYSCALE
+from larics_host.images.frame_sources import open_frames
+from larics_host.images.openmv_stream import GRAYSCALE
 from tests.host.plain_marker import plain_frame
 from tests.host.test_frames import stream_v2
 from tests.host.test_log import marker_values, wire

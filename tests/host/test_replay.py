@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 
-from larics import messages as m
-from larics import protocol
-from larics_host import cli, link
-from larics_host.pty_pair import PtyPair
-from larics_host.receiver import Receiver, wire_bytes
-from larics_host.recording import Pacer, Piece, read_pieces
+from larics.wire import codec as protocol
+from larics.wire import messages as m
+from larics_host import cli
+from larics_host.connection.pty_pair import PtyPair
+from larics_host.connection.receiver import Receiver, wire_bytes
+from larics_host.logs.log_reader import Pacer, Piece, read_pieces
 from tests.host.test_dual import ROOT
 from tests.host.test_log import larics, marker_values, rows, status_values, wait_for_lines, wire, write_all
 from tests.host.test_monitor import firmware

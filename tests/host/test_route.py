@@ -5,12 +5,12 @@ from functools import cache
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from larics import route as r
-from larics.route import Route
+from larics.locate import route as r
+from larics.locate.route import Route
 
 
 def stories(ids, closed, start, seen):
-    """Least cost of every story that ends at each position, from the costs in larics.route's docstring:
+    """Least cost of every story that ends at each position, from the costs in locate.route's docstring:
     {position: cost}. Recursive and without normalisation: slow, but plainly the definition."""
     count = len(ids) - 1 if closed else len(ids)
 

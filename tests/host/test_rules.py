@@ -55,13 +55,13 @@ def test_tables_are_those_of_their_generator():
     ],
 )
 def test_shared_code_is_integer_only_and_imports_little(source, expected):
-    assert texts("shared/larics/x.py", source) == [expected]
+    assert texts("shared/larics/arith/x.py", source) == [expected]
 
 
 def test_what_shared_code_may_use():
     imports = "import array, struct\nimport binascii, micropython\nfrom ulab import numpy\n"
-    source = imports + "from larics import fixed\nx = 7 // 2\n"
-    assert texts("shared/larics/x.py", source) == []
+    source = imports + "from larics.arith import fixed\nx = 7 // 2\n"
+    assert texts("shared/larics/arith/x.py", source) == []
     assert texts("shared/larics/_cpython.py", "import numba\nx = 1 / 2\n") == []
 
 
@@ -104,16 +104,16 @@ def test_the_init_of_kernels_is_free_but_integer():
 
 
 def test_a_violation_in_a_tree_is_reported_with_its_place(tmp_path):
-    for folder in ("shared/larics", "firmware/cameras", "host/larics_host"):
+    for folder in ("shared/larics/arith", "firmware/cameras", "host/larics_host"):
         (tmp_path / folder).mkdir(parents=True)
     (tmp_path / "firmware/loop.py").write_text("import gc\n")
     (tmp_path / "firmware/cameras/__init__.py").write_text("")
     (tmp_path / "host/larics_host/a.py").write_text("import numpy\n\nimport loop\n")
     (tmp_path / "host/larics_host/b.py").write_text("import cameras\n")
-    (tmp_path / "shared/larics/c.py").write_text("x = 3 / 4\n")
+    (tmp_path / "shared/larics/arith/c.py").write_text("x = 3 / 4\n")
     violations, files = check_rules.check_tree(tmp_path)
     assert violations == [
-        "shared/larics/c.py:1: true division",
+        "shared/larics/arith/c.py:1: true division",
         "host/larics_host/a.py:3: must not import loop",
         "host/larics_host/b.py:1: must not import cameras",
     ]

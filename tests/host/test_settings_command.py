@@ -6,9 +6,10 @@ import json
 import pytest
 
 from larics.settings import FIELDS, Settings
-from larics_host import camera_settings, cli
+from larics_host import cli
+from larics_host.connection import camera_settings
+from larics_host.connection.pty_pair import PtyPair
 from larics_host.errors import UserError
-from larics_host.pty_pair import PtyPair
 from tests.host.firmware_process import start_firmware
 from tests.host.plain_marker import plain_frame
 

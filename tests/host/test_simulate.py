@@ -4,7 +4,7 @@ import pytest
 
 from larics_host import cli
 from larics_host.commands.simulate import PRESET_NAMES
-from larics_host.frames import open_frames
+from larics_host.images.frame_sources import open_frames
 from larics_host.render import PRESETS
 from larics_host.truth import read_truth
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from plain_marker import plain_frame
 
-from larics_host import batch, cli
-from larics_host.detection_options import DetectionOptions
+from larics_host import cli
+from larics_host.detection import batch
+from larics_host.detection.options import DetectionOptions
 from larics_host.truth import Truth, write_truth
 
 RADIUS = ("--radius-px", "25:35")

@@ -1,10 +1,10 @@
 """Mutated bytes through the Python decoder: nothing is accepted that was not sent."""
 
 from larics import settings
-from larics.encodings import measurement_encoder
-from larics.mavlink import MavlinkEncoder
-from larics.nmea import NmeaEncoder
-from larics.outbox import Uptime
+from larics.device.outbox import Uptime
+from larics.wire.encodings import measurement_encoder
+from larics.wire.mavlink import MavlinkEncoder
+from larics.wire.nmea import NmeaEncoder
 from tools import fuzz_wire
 
 

@@ -2,12 +2,12 @@
 
 import random
 
-from larics import messages as m
-from larics import protocol
-from larics.float32 import put_float32
-from larics.mavlink import MavlinkEncoder
-from larics.nmea import NmeaEncoder
-from larics.outbox import Outbox, Uptime
+from larics.arith.float32 import put_float32
+from larics.device.outbox import Outbox, Uptime
+from larics.wire import codec as protocol
+from larics.wire import messages as m
+from larics.wire.mavlink import MavlinkEncoder
+from larics.wire.nmea import NmeaEncoder
 from tests.host.small_int import Small
 from tools.vehicle_build import random_values
 

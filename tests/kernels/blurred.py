@@ -1,12 +1,12 @@
-"""What the kernels of the second opinion hand to each other, made by the kernels themselves."""
+"""What the kernels of the blur-model reader hand to each other, made by the kernels themselves."""
 
 from array import array
 
 from inputs import words
 
-from larics.fixed import COSINE, table16
+from larics.arith.fixed import COSINE, table16
+from larics.arith.tables import RAMP_Q12
 from larics.kernels import blur, polar
-from larics.tables import RAMP_Q12
 
 RAMP = table16(RAMP_Q12)
 LINE_Q8 = 717

@@ -3,7 +3,7 @@
 from blurred import BLURS, KINDS, LINE_Q8, RAMP, bars_of, folded_of, folds_of, means_of
 from inputs import ints, words
 
-from larics.fixed import COSINE
+from larics.arith.fixed import COSINE
 
 
 def blurred_bars(random):

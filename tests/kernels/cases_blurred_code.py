@@ -5,7 +5,7 @@ from array import array
 from blurred import BLURS, bars_of
 from inputs import ints, words
 
-from larics.fixed import COSINE
+from larics.arith.fixed import COSINE
 from larics.kernels import blurred_lines
 
 REACH = 31

@@ -3,7 +3,7 @@
 from blurred import BLURS, KINDS, bars_of, grey_samples
 from inputs import ints, words
 
-from larics.fixed import COSINE
+from larics.arith.fixed import COSINE
 
 ALONG = 17 * 24
 

@@ -2,7 +2,7 @@
 
 from inputs import ints, random_bytes, zeros32
 
-from larics import fixed
+from larics.arith import fixed
 
 DIRECTIONS = 48
 

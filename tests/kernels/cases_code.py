@@ -2,7 +2,7 @@
 
 from inputs import frames, ints
 
-from larics import fixed
+from larics.arith import fixed
 
 WIDTH, HEIGHT = 72, 60
 

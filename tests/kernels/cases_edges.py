@@ -2,7 +2,7 @@
 
 from inputs import frames, ints, pixels, view, words, zeros16, zeros32
 
-from larics import tables
+from larics.arith import tables
 
 WIDTH, HEIGHT = 33, 27
 PROBE_PX = 5  # how far the probes of the tests reach

@@ -3,7 +3,7 @@
 from cases_rings import fit
 from inputs import ints, zeros32
 
-from larics import tables
+from larics.arith import tables
 from larics.kernels import harmonics
 
 

@@ -3,7 +3,7 @@
 from cases_rings import fit
 from inputs import frames, ints, zeros32
 
-from larics import fixed
+from larics.arith import fixed
 
 WIDTH, HEIGHT = 72, 60
 

@@ -4,7 +4,7 @@ from array import array
 
 from inputs import frames, ints, pixels, random_bytes, view, words, zeros16, zeros32
 
-from larics.fixed import isqrt, sin_q14, turn16_from_cdeg
+from larics.arith.fixed import isqrt, sin_q14, turn16_from_cdeg
 
 SINES = array("H", [32768 + sin_q14(turn16_from_cdeg(100 * angle)) for angle in range(450)])
 EXTREME = (-1020, -765, -1, 0, 1, 256, 1020)

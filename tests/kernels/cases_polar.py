@@ -3,7 +3,7 @@
 from blurred import BLURS, KINDS, bars_of, grey_samples, templates_of
 from inputs import frames, ints, words
 
-from larics.fixed import COSINE
+from larics.arith.fixed import COSINE
 
 WIDTH, HEIGHT = 72, 60
 

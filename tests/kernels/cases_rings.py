@@ -2,7 +2,7 @@
 
 from inputs import frames, ints, pixels, random_bytes, view, zeros32
 
-from larics import fixed
+from larics.arith import fixed
 from larics.kernels import rings
 
 
@@ -61,7 +61,18 @@ def ring_crossings(random):
         bulge_sin=8192, limit_q10=32767,
     )  # fmt: skip
     yield (
-        0, 0, 0, view(frame), fixed.LOG_GREY, size, size, pose, 28, fixed.ROOT, bytearray(32), zeros32(128)
+        0,
+        0,
+        0,
+        view(frame),
+        fixed.LOG_GREY,
+        size,
+        size,
+        pose,
+        28,
+        fixed.ROOT,
+        bytearray(32),
+        zeros32(128),
     )
 
 

@@ -5,7 +5,7 @@ from array import array
 from blurred import BLURS, KINDS, bars_of, means_of, templates_of
 from inputs import ints, words
 
-from larics.fixed import COSINE
+from larics.arith.fixed import COSINE
 
 ZERO = 1 << 20
 

@@ -2,7 +2,7 @@
 
 from inputs import ints, words, zeros16, zeros32
 
-from larics import tables
+from larics.arith import tables
 
 DIRECTIONS = 48
 ALL_BITS = (1 << 24) - 1

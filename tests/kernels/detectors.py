@@ -45,13 +45,13 @@ def make(path):
 
 
 def paper(width, height, radius_min_px, radius_max_px):
-    from larics.paper import PaperDetector
+    from larics.detect.paper import PaperDetector
 
     return PaperDetector(width, height, radius_min_px, radius_max_px)
 
 
 def detector(width, height, radius_min_px, radius_max_px):
-    from larics.detector import Detector
+    from larics.detect.detector import Detector
 
     return Detector(width, height, radius_min_px=radius_min_px, radius_max_px=radius_max_px)
 

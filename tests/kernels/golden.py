@@ -5,8 +5,8 @@ The ring radius is in the name (_r30_), known within 15 %.
 
 import sys
 
-from larics.detector import Detector
-from larics.paper import PaperDetector
+from larics.detect.detector import Detector
+from larics.detect.paper import PaperDetector
 
 
 def read(path):

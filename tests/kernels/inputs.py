@@ -2,7 +2,7 @@
 
 from array import array
 
-from larics import fixed
+from larics.arith import fixed
 
 
 class Random:

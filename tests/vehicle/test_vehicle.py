@@ -7,8 +7,8 @@ import subprocess
 import pytest
 
 import larics
-from larics import framing
-from larics.protocol import Counters, Decoder, Encoder, fields
+from larics.wire import framing
+from larics.wire.codec import Counters, Decoder, Encoder, fields
 from tools import make_protocol, vehicle_build
 from tools.vehicle_build import LIBRARY, ROOT, SANITIZE, STRICT, build, corpus
 

@@ -4,7 +4,7 @@ import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from typing import NamedTuple
 
-from larics_host.scoring import Tally
+from larics_host.validation.scoring import Tally
 
 from . import frames, methods
 

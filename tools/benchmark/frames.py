@@ -9,7 +9,7 @@ import numpy as np
 import skimage.data
 from PIL import Image
 
-from larics_host.scoring import Truth
+from larics_host.validation.scoring import Truth
 
 WIDTH, HEIGHT = 360, 296
 

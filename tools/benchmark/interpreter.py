@@ -49,7 +49,7 @@ def with_predictions(paths, truths, seed):
 def parse(text):
     """What on_interpreter.py printed, as a dictionary.
 
-    platform, loop and memory as printed, frames [(ticks, found, ID, second opinion asked)],
+    platform, loop and memory as printed, frames [(ticks, found, ID, blur-model reader asked)],
     kernels {name: (ticks, calls)}."""
     result = {"frames": [], "kernels": {}}
     for line in text.splitlines():

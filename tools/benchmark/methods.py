@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 import pupil_apriltags
 
-from larics import detection
-from larics.verdict import VERDICT_NAMES
-from larics_host.scoring import Found
+from larics.marker import detection
+from larics.marker.verdicts import VERDICT_NAMES
+from larics_host.validation.scoring import Found
 
 RADIUS_TOLERANCE = 0.15  # a known radius is known within this share
 SMALLEST_PX = 6  # the detectors take no smaller ring
@@ -36,7 +36,7 @@ def _quad_pose(corners):
 
 
 class Larics:
-    """Our detector, or the published one: both report `larics.detection.Detection`."""
+    """Our detector, or the published one: both report `larics.marker.detection.Detection`."""
 
     target = "larics"
 
@@ -58,7 +58,7 @@ class Larics:
 
     def verdicts(self):
         """{verdict: candidates} of the last frame; empty for the published decoder."""
-        counts = getattr(self.detector, "counts", None)
+        counts = getattr(self.detector, "statistics", None)
         if counts is None:
             return {}
         return {name: n for name, n in zip(VERDICT_NAMES, counts.verdicts, strict=True) if n}
@@ -137,7 +137,7 @@ class Condition(NamedTuple):
 
 
 def _larics(known, second_opinion=True):
-    from larics.detector import Detector
+    from larics.detect.detector import Detector
 
     low, high = radius_range(known.radius_px)
     return Larics(
@@ -149,7 +149,7 @@ def _larics(known, second_opinion=True):
 
 
 def _paper(known):
-    from larics.paper import PaperDetector
+    from larics.detect.paper import PaperDetector
 
     return Larics(PaperDetector(known.width, known.height, *radius_range(known.radius_px)))
 
@@ -158,7 +158,7 @@ def _paper(known):
 METHODS = {
     "larics": ("LARICS", "larics", _larics),
     "larics_sharp": (
-        "LARICS, second opinion off", "larics", lambda known: _larics(known, second_opinion=False),
+        "LARICS, blur-model reader off", "larics", lambda known: _larics(known, second_opinion=False),
     ),
     "paper": ("published decoder", "larics", _paper),
     "aruco": ("ArUco", "aruco", lambda known: Aruco(subpixel=False)),

@@ -2,12 +2,12 @@
 
     micropython on_interpreter.py METHOD RADIUS_MIN RADIUS_MAX MAX_TILT WIDTH HEIGHT FRAME.raw[@X,Y,RADIUS]...
 
-METHOD is larics, larics_sharp (second opinion off) or paper. A frame with a predicted place (1/256 px) is
+METHOD is larics, larics_sharp (blur-model reader off) or paper. A frame with a predicted place (1/256 px) is
 tracked, one without is searched.
 
 Prints `key value...` lines: `loop` (two measurements of 10,000 empty viper turns, to tell an
 instruction counter from a clock), `memory` (bytes of the detector's buffers), one `frame` a file: ticks,
-number of detections, first ID, whether the second opinion was asked (1, 0); and from a second pass one
+number of detections, first ID, whether the blur-model reader was asked (1, 0); and from a second pass one
 `kernel` a viper function: ticks, calls, name.
 """
 
@@ -42,10 +42,10 @@ def _process(detector, frame, place):
 
 def _make(method, low, high, max_tilt_deg, width, height):
     if method == "paper":
-        from larics.paper import PaperDetector
+        from larics.detect.paper import PaperDetector
 
         return PaperDetector(width, height, radius_min_px=low, radius_max_px=high)
-    from larics.detector import Detector
+    from larics.detect.detector import Detector
 
     return Detector(
         width, height, radius_min_px=low, radius_max_px=high, max_tilt_deg=max_tilt_deg,
@@ -54,8 +54,8 @@ def _make(method, low, high, max_tilt_deg, width, height):
 
 
 def _asked(detector):
-    """1 when the second opinion was asked in the last frame, else 0."""
-    return int(hasattr(detector, "counts") and detector.counts.second >= 0)
+    """1 when the blur-model reader was asked in the last frame, else 0."""
+    return int(hasattr(detector, "counts") and detector.statistics.blur_verdict >= 0)
 
 
 def _counted(function, total, count):

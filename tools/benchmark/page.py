@@ -1,4 +1,4 @@
-"""The bench's figures in docs/stress.md: plots of the sweeps, tables, what the second opinion costs.
+"""The bench's figures in docs/stress.md: plots of the sweeps, tables, what the blur-model reader costs.
 
 The text of the page is written by hand; a part between "<!-- NAME:begin -->" and "<!-- NAME:end -->" is
 replaced when the run holds what it shows.

@@ -89,7 +89,7 @@ class Job(NamedTuple):
 
 
 ONE_MARKER = ("sunny", "cloudy", "double", "fast", "harsh")
-WITHOUT = ", second opinion off"  # ends the name of the job that a job is held against
+WITHOUT = ", blur-model reader off"  # ends the name of the job that a job is held against
 CLUTTER = "search, clutter without a marker"
 
 

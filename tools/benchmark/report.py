@@ -146,7 +146,7 @@ def cost(by_job):
 def _second_opinion(added):
     """targets.second_opinion() as lines of a table."""
     width = max(len(job) for job in added) + 2
-    title = "second opinion adds, where asked"
+    title = "blur-model reader adds, where asked"
     yield title.ljust(width) + "unit   frames  asked   median      max   found off, on     memory off, on"
     for job, row in added.items():
         yield "%-*s%-6s%7d%7d%9s%9s%16s%19s" % (

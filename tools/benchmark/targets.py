@@ -96,7 +96,7 @@ def _costs(results):
                 )
     for job, added in second_opinion(costs).items():
         if added["unit"] == "Minsn" and added["asked"]:
-            label = "second opinion, %s: most, Minsn" % job.removeprefix("search, ")
+            label = "blur-model reader, %s: most, Minsn" % job.removeprefix("search, ")
             yield Target(label, added["max"], _SECOND_OPINION, None, frames=added["asked"])
     for job, (must, aim) in _MEMORY.items():
         memory = results.get("unix", {}).get(job, {}).get("memory")

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from larics import detection
-from larics.detector import Detector
-from larics_host.scoring import heading_error
+from larics.detect.detector import Detector
+from larics.marker import detection
+from larics_host.validation.scoring import heading_error
 
 from . import frames, methods
 

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from larics_host.pty_pair import PtyPair
+from larics_host.connection.pty_pair import PtyPair
 from tools.demo import compare, drive
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,7 +54,7 @@ def run_camera(folder, method):
         run.with_suffix(".csv").unlink(missing_ok=True)
         wait_until(lambda: run.with_suffix(".csv").exists(), log)
         firmware = subprocess.run(
-            [*micropython, "firmware/desk.py", *options, "--port", cable.device_a],
+            [*micropython, "firmware/pc/replay_main.py", *options, "--port", cable.device_a],
             env=dict(os.environ, MICROPYPATH="shared:firmware:.frozen"),
             cwd=ROOT,
             timeout=90,

@@ -5,8 +5,8 @@ import math
 import statistics
 from dataclasses import dataclass, field
 
-from larics import messages as m
-from larics import protocol
+from larics.wire import codec as protocol
+from larics.wire import messages as m
 from larics_host.truth import by_frame
 from tools.demo import drive
 

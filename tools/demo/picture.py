@@ -11,7 +11,7 @@ import numpy as np  # noqa: E402
 from matplotlib.patches import Circle, Rectangle  # noqa: E402
 from PIL import Image  # noqa: E402
 
-from larics import messages as m  # noqa: E402
+from larics.wire import messages as m  # noqa: E402
 from tools.demo import compare, drive  # noqa: E402
 
 GREEN, ORANGE, INK, BLUE, PAPER = "#00a35c", "#f08c00", "#22303c", "#2f6fde", "#f4f5f6"

@@ -58,7 +58,7 @@ extern "C" {
 #define LARICS_MARKER_UNCONFIRMED 2 /* ID not yet agreed on by enough frames */
 #define LARICS_MARKER_TRACKED 4 /* found around the prediction, without a search */
 #define LARICS_MARKER_BORDER 8 /* plate cut off by the border of the frame */
-#define LARICS_MARKER_MODEL 16 /* accepted by the second opinion, not by the sharp rules */
+#define LARICS_MARKER_MODEL 16 /* accepted by the blur-model reader, not by the direct reader */
 #define LARICS_MARKER_NONE 32 /* no marker seen in this frame: count 0, id 255, measures 0 */
 #define LARICS_MARKER_NO_OFFSET 64 /* x, y, z unknown and 0: the camera is not calibrated */
 

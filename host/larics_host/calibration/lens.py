@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from larics_host.calibration.model import CameraModel
+from larics_host.calibration.camera_model import CameraModel
 from larics_host.errors import UserError
 from larics_host.wording import counted
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from larics_host import batch
+from larics_host.detection import batch
 from larics_host.errors import UserError
 from larics_host.progress import watched
 from larics_host.wording import counted

@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
-from larics_host import camera_settings, detection_options, files
+from larics_host import files
+from larics_host.connection import camera_settings
+from larics_host.detection import options as detection_options
 from larics_host.errors import UserError
 from larics_host.wording import counted
 
@@ -126,7 +128,7 @@ class _Calibration:
             self.height_mm = (settings.ceiling_mm10 - settings.camera_z_mm10) / 10
 
     def _observe(self, paths, options):
-        from larics_host.calibration.model import model_of
+        from larics_host.calibration.camera_model import model_of
         from larics_host.calibration.observe import observe
 
         seen = observe(paths, options, self.args.jobs)
@@ -139,7 +141,7 @@ class _Calibration:
         return seen
 
     def _keep(self):
-        from larics_host.calibration.model import settings_of
+        from larics_host.calibration.camera_model import settings_of
 
         self.changes.update(settings_of(self.model))
         self.changes["outer_mm10"] = round(10 * self.outer_mm)

@@ -6,7 +6,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from larics_host import detection_options
+from larics_host.detection import options as detection_options
 from larics_host.errors import UserError, report
 from larics_host.wording import counted
 
@@ -59,8 +59,8 @@ class _Drawings:
     def write(self, name, frame, found):
         import cv2
 
-        from larics_host.drawing import draw_detections
         from larics_host.files import write_file
+        from larics_host.images.drawing import draw_detections
 
         data = cv2.imencode(".png", draw_detections(frame, found))[1].tobytes()
         write_file(self._path(name), data)
@@ -120,7 +120,7 @@ def _summary(frames, with_marker, ids, skipped, times_ms):
 
 
 def run(args):
-    from larics_host import batch
+    from larics_host.detection import batch
     from larics_host.progress import watched
 
     options = detection_options.from_args(args)

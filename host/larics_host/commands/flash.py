@@ -124,8 +124,8 @@ def _read_until(port, wanted, limit_s):
 
 
 def _wait_on_wire(wire):
-    from larics_host.link import SerialSource
-    from larics_host.receiver import Receiver
+    from larics_host.connection.byte_sources import SerialSource
+    from larics_host.connection.receiver import Receiver
 
     source, receiver = SerialSource(wire), Receiver()
     end_s = time.monotonic() + _BANNER_S

@@ -33,9 +33,15 @@ def add_arguments(parser):
 
 
 def run(args):
-    from larics_host.link import FileSource, LinkLost, ReconnectingSource, SerialSource, stop_on_signals
-    from larics_host.receiver import Receiver
-    from larics_host.recorder import Recorder
+    from larics_host.connection.byte_sources import (
+        ConnectionLost,
+        FileSource,
+        ReconnectingSource,
+        SerialSource,
+        stop_on_signals,
+    )
+    from larics_host.connection.receiver import Receiver
+    from larics_host.logs.log_writer import Recorder
 
     if args.seconds is not None and not args.seconds > 0:
         raise UserError("--seconds %g: give a number above 0" % args.seconds)
@@ -51,7 +57,7 @@ def run(args):
     try:
         with stop_on_signals(source.live) as stopped, contextlib.suppress(KeyboardInterrupt):
             _record(source, receiver, recorder, args, stopped)
-    except LinkLost as error:
+    except ConnectionLost as error:
         lost = error
     finally:
         recorder.close()
@@ -60,9 +66,9 @@ def run(args):
 
 
 def _record(source, receiver, recorder, args, stopped):
-    from larics_host.live import LiveView
+    from larics_host.logs.live_table import LiveTable
 
-    view = LiveView(source.name)
+    view = LiveTable(source.name)
     start_s = time.monotonic()
     with _display(args.quiet) as show:
         shown_s = start_s
@@ -97,7 +103,7 @@ def _display(quiet):
 
 
 def _conclude(source, receiver, recorder, lost):
-    from larics_host.live import reception
+    from larics_host.logs.live_table import reception
 
     received, missing, damaged = reception(receiver.counters)
     files = ", ".join(recorder.files)

@@ -1,6 +1,7 @@
 """`larics map`: where the markers are: made, checked, drawn, built from logs, and given to a camera."""
 
-from larics_host import camera_settings, files
+from larics_host import files
+from larics_host.connection import camera_settings
 from larics_host.errors import UserError
 from larics_host.wording import counted
 

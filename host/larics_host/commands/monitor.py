@@ -36,10 +36,10 @@ def add_arguments(parser):
 
 
 def run(args):
-    from larics_host.link import SerialSource, stop_on_signals
+    from larics_host.connection.byte_sources import SerialSource, stop_on_signals
+    from larics_host.logs.log_reader import RecordedSource, read_pieces
     from larics_host.monitor.session import Session
     from larics_host.monitor.state import MonitorState
-    from larics_host.recording import RecordedSource, read_pieces
 
     _check(args)
     rows = _map_rows(args.map) if args.map else ()

@@ -41,10 +41,10 @@ def run(args):
 
 
 def _from_stream(args):
-    from larics_host.frame_folder import frame_name, make_folder, write_frame
-    from larics_host.frames import open_frames
+    from larics_host.images.frame_folder import frame_name, make_folder, write_frame
+    from larics_host.images.frame_sources import open_frames
+    from larics_host.logs.log_reader import read_records
     from larics_host.progress import watched
-    from larics_host.recording import read_records
 
     frames = open_frames([args.input])
     first = next(frames)  # what cannot be read leaves no folder behind
@@ -67,13 +67,13 @@ def _from_stream(args):
 def _from_camera(args):
     import numpy as np
 
-    from larics.messages import MARKER
-    from larics_host.camera_settings import connected, read_all, write_file
-    from larics_host.frame_folder import frame_name, make_folder, write_frame
-    from larics_host.link import stop_on_signals
+    from larics.wire.messages import MARKER
+    from larics_host.connection.byte_sources import stop_on_signals
+    from larics_host.connection.camera_settings import connected, read_all, write_file
+    from larics_host.connection.receiver import message_of
+    from larics_host.images.frame_folder import frame_name, make_folder, write_frame
+    from larics_host.logs.log_writer import Recorder
     from larics_host.progress import measured
-    from larics_host.receiver import message_of
-    from larics_host.recorder import Recorder
 
     start_s = time.monotonic()
     recorder = None

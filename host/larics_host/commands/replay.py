@@ -41,7 +41,7 @@ class _StdoutTarget:
 
 class _PortTarget:
     def __init__(self, port, baud):
-        from larics_host.link import SerialSource
+        from larics_host.connection.byte_sources import SerialSource
 
         self._port = SerialSource(port, baud)
 
@@ -49,11 +49,11 @@ class _PortTarget:
         pass
 
     def write(self, data):
-        from larics_host.link import LinkLost
+        from larics_host.connection.byte_sources import ConnectionLost
 
         try:
             self._port.write(data)
-        except LinkLost as error:
+        except ConnectionLost as error:
             raise UserError(str(error)) from None
 
     def end(self):
@@ -63,7 +63,7 @@ class _PortTarget:
 
 class _PtyTarget:
     def __init__(self):
-        from larics_host.pty_port import PtyPort
+        from larics_host.connection.pty_port import PtyPort
 
         self._port = PtyPort()
 
@@ -91,7 +91,7 @@ def _target(args):
 
 
 def run(args):
-    from larics_host.recording import Pacer, read_pieces
+    from larics_host.logs.log_reader import Pacer, read_pieces
 
     if not args.speed > 0:
         raise UserError("--speed %g: give a number above 0, or --fast" % args.speed)

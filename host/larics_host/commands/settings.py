@@ -21,7 +21,7 @@ def add_arguments(parser):
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
 
     def action(name, text, with_port=True):
-        from larics_host.camera_settings import add_port_arguments
+        from larics_host.connection.camera_settings import add_port_arguments
 
         added = actions.add_parser(name, help=text, description=text)
         if with_port:
@@ -49,7 +49,7 @@ def add_arguments(parser):
 
 
 def run(args):
-    from larics_host import camera_settings as tools
+    from larics_host.connection import camera_settings as tools
     from larics_host.files import refuse_existing
 
     # what can be wrong without the camera is told before it is asked
@@ -90,7 +90,7 @@ def _changes(words, tools):
 
 def _show(args, client, _):
     from larics.settings import FIELDS
-    from larics_host.camera_settings import read_all
+    from larics_host.connection.camera_settings import read_all
 
     values = read_all(client)
     if args.json:
@@ -122,7 +122,7 @@ def _get(args, client, _):
 
 
 def _set(args, client, changes):
-    from larics_host.camera_settings import apply, read_all
+    from larics_host.connection.camera_settings import apply, read_all
 
     sent = apply(client, read_all(client), changes)
     print("changed: %s" % ", ".join(sent) if sent else "the camera has these values already")
@@ -136,7 +136,7 @@ def _set(args, client, changes):
 
 def _diff(args, client, file):
     from larics.settings import Settings
-    from larics_host.camera_settings import differences, read_all
+    from larics_host.connection.camera_settings import differences, read_all
 
     reference = Settings(file).as_dict()
     found = differences(reference, read_all(client))
@@ -154,7 +154,7 @@ def _save(args, client, _):
 
 
 def _export(args, client, _):
-    from larics_host.camera_settings import read_all, write_file
+    from larics_host.connection.camera_settings import read_all, write_file
 
     write_file(args.file, read_all(client))
     print("written to %s" % args.file)

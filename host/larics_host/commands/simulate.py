@@ -4,7 +4,7 @@ import json
 
 from larics_host.drive.command import add_loop_arguments, run_loop
 from larics_host.errors import UserError
-from larics_host.frame_folder import make_folder, write_frame
+from larics_host.images.frame_folder import make_folder, write_frame
 from larics_host.progress import watched
 from larics_host.truth import TruthWriter
 from larics_host.wording import counted

@@ -4,7 +4,8 @@ import json
 import sys
 from pathlib import Path
 
-from larics_host import detection_options, detectors
+from larics_host.detection import detectors
+from larics_host.detection import options as detection_options
 from larics_host.errors import UserError
 from larics_host.files import write_file
 from larics_host.wording import counted
@@ -85,7 +86,7 @@ def _validate(args, options, thresholds):
 
 
 def _compare_with_board(args):
-    from larics_host.camera_settings import checked, read_file
+    from larics_host.connection.camera_settings import checked, read_file
     from larics_host.validation.board import compare_messages
 
     if not args.settings:
@@ -150,8 +151,8 @@ def _pictures(args, outcome, truths):
     """The worst frames as JPEG with detections and truth drawn in."""
     import cv2
 
-    from larics_host.drawing import draw_detections
-    from larics_host.frames import open_frames
+    from larics_host.images.drawing import draw_detections
+    from larics_host.images.frame_sources import open_frames
     from larics_host.validation.sources import base_name
 
     wanted = {place.frame: place for place in outcome.worst(args.worst)}

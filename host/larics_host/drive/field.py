@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from larics.marker import Family
-from larics_host import mounting
+from larics_host.calibration import mounting
 from larics_host.render import clutter
 from larics_host.render.camera import Camera, Pose
 from larics_host.render.furnish import furnish

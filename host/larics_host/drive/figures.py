@@ -5,9 +5,9 @@ import math
 import cv2
 import numpy as np
 
-from larics import messages as m
-from larics.approach import STATE_NAMES
+from larics.wire import messages as m
 from larics_host.plots import new_figure
+from larics_vehicle.approach import STATE_NAMES
 
 _COLOURS = {m.TRACKING: "#1b7837", m.COASTING: "#e08214", m.LOST: "#b2182b"}
 _WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.LOST: "lost"}
@@ -89,7 +89,7 @@ def strip(record, pictures=None, columns=4, scale=0.75):
     """The kept frames (or these) side by side with what was seen in them, as the paper's figure 9.
 
     Returns (H, W, 3) uint8, BGR."""
-    from larics_host.detectors import make_detector
+    from larics_host.detection.detectors import make_detector
 
     settings, camera = record.field.settings, record.field.camera
     detector = make_detector(

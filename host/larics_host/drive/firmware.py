@@ -13,17 +13,17 @@ import time
 import tty
 from pathlib import Path
 
-from larics import messages as m
-from larics.protocol import Decoder
+from larics.wire import messages as m
+from larics.wire.codec import Decoder
 from larics_host.errors import UserError
 
 ROOT = Path(__file__).resolve().parents[3]
-HEADER = struct.Struct("<4sHHII")  # as firmware/cameras/pipe.py reads it
+HEADER = struct.Struct("<4sHHII")  # as firmware/pc/pipe_camera.py reads it
 MAGIC = b"LPF1"
 
 
 def interpreter_command(name):
-    """The command line in front of firmware/live.py. Raises UserError when there is no such interpreter."""
+    """The command line in front of the program. Raises UserError when there is no such interpreter."""
     if name == "cpython":
         return [sys.executable]
     for candidate in (os.environ.get("MICROPYTHON", ""), str(Path(sys.executable).with_name("micropython"))):
@@ -34,14 +34,14 @@ def interpreter_command(name):
 
 
 class Firmware:
-    """firmware/live.py with these settings (dict); use as a context manager.
+    """firmware/pc/closed_loop_main.py with these settings (dict); use as a context manager.
 
     latency_us: what capture and detection are assumed to take on the board. start_s, answer_s: how long to
     wait for the first answer (kernels may have to be compiled) and for any other.
     """
 
     def __init__(self, settings, interpreter="micropython", latency_us=15000, start_s=120.0, answer_s=20.0):
-        program = ROOT / "firmware" / "live.py"
+        program = ROOT / "firmware" / "pc" / "closed_loop_main.py"
         if not program.exists():
             raise UserError("the closed loop needs the firmware's sources beside the package: use a checkout")
         self._folder = tempfile.TemporaryDirectory(prefix="larics-drive-")

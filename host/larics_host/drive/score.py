@@ -4,8 +4,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from larics import messages as m
-from larics.codes import name_of
+from larics.wire import messages as m
+from larics_host.wire_names import name_of
 
 _POSE_REGAINED_MM = 50.0
 

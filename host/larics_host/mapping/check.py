@@ -3,9 +3,9 @@
 import math
 
 from larics import settings as setting_rules
+from larics.locate.marker_map import MarkerMap, map_reason
+from larics.locate.route import resolve_entries, route_reason
 from larics.marker import ID_COUNT
-from larics.markermap import MarkerMap, map_reason
-from larics.route import resolve_entries, route_reason
 
 _TOLERANCE_MM = 30.0
 

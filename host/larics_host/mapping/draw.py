@@ -46,8 +46,8 @@ def draw_map(hall, links=(), title=""):
 def _draw_route(axes, hall):
     if not hall.route:
         return
-    from larics.markermap import MarkerMap
-    from larics.route import resolve_entries
+    from larics.locate.marker_map import MarkerMap
+    from larics.locate.route import resolve_entries
 
     entries = resolve_entries(hall.route, MarkerMap(hall.rows()))
     for a, b in zip(entries[:-1], entries[1:], strict=True):

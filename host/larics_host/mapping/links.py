@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from larics import messages as m
+from larics.wire import messages as m
+from larics_host.connection.receiver import Receiver
 from larics_host.errors import UserError
-from larics_host.receiver import Receiver
-from larics_host.recording import read_pieces
+from larics_host.logs.log_reader import read_pieces
 
 # how far a marker may be seen from where it is expected: any, because no other plate has room there; and
-# one with the expected ID, because no other of that ID is as near (larics.markermap.REPEAT_APART_MM)
+# one with the expected ID, because no other of that ID is as near (larics.locate.marker_map.REPEAT_APART_MM)
 _PLATE_GATE_MM = 300.0
 _ID_GATE_MM = 900.0
 _GAP_FRAMES = 10  # without any marker; longer, and the vehicle may be anywhere

@@ -114,7 +114,7 @@ def read_map(path):
     """The Map of a file: of this format, or of settings that hold a map. UserError in one line."""
     data = files.read_json(path)
     if isinstance(data, dict) and "map" in data:
-        from larics_host.camera_settings import read_file
+        from larics_host.connection.camera_settings import read_file
 
         return of_settings(read_file(path), str(path))
     if not isinstance(data, dict) or not isinstance(data.get("markers"), list):

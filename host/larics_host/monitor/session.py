@@ -3,10 +3,10 @@
 import threading
 import time
 
-from larics_host.client import Client, NoAnswer
+from larics_host.connection.byte_sources import ConnectionLost
+from larics_host.connection.client import Client, NoAnswer
+from larics_host.connection.receiver import message_of
 from larics_host.errors import UserError
-from larics_host.link import LinkLost
-from larics_host.receiver import message_of
 
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "allow_id0")
 
@@ -75,7 +75,7 @@ class Session:
                 if self._wanted.is_set():
                     self._wanted.clear()
                     self._fetch()
-        except (LinkLost, UserError) as error:
+        except (ConnectionLost, UserError) as error:
             at_end = isinstance(error, NoAnswer) and not self.live
             self.failed = not at_end
             self.ended = "the log is at its end" if at_end else str(error)
@@ -120,8 +120,8 @@ class Session:
         import cv2
         import numpy as np
 
-        from larics_host import detectors
-        from larics_host.drawing import draw_detections
+        from larics_host.detection import detectors
+        from larics_host.images.drawing import draw_detections
 
         radius_px = None
         if self._settings:

@@ -3,9 +3,9 @@
 import math
 from collections import deque
 
-from larics import codes
-from larics import messages as m
-from larics_host.live import STATES, flag_text, reception
+from larics.wire import messages as m
+from larics_host import wire_names as codes
+from larics_host.logs.live_table import STATES, flag_text, reception
 
 _POINTS = 4000
 _RATE_S = 2.0

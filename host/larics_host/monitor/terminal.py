@@ -6,7 +6,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from larics_host.live import fault_text, reception
+from larics_host.logs.live_table import fault_text, reception
 from larics_host.monitor.drawing import draw_view
 from larics_host.wording import counted
 

@@ -5,17 +5,17 @@ in the names of the files (frame_<number>.pgm) say which message belongs to whic
 Settings that make a frame depend on those before (tracking, confirm_needed) need all frames of the run.
 """
 
-from larics import messages as m
-from larics import protocol
-from larics.measuring import Measuring
-from larics.parts import make_detector, make_locator, make_navigator
-from larics.reports import Reports
+from larics.device.factory import make_detector, make_locator, make_navigator
+from larics.device.frame_messages import Reports
+from larics.device.measurements import Measuring
+from larics.wire import codec as protocol
+from larics.wire import messages as m
+from larics_host.connection.receiver import readable
 from larics_host.errors import UserError
-from larics_host.frame_folder import number_of
-from larics_host.frames import open_frames
+from larics_host.images.frame_folder import number_of
+from larics_host.images.frame_sources import open_frames
+from larics_host.logs.log_reader import read_records
 from larics_host.progress import watched
-from larics_host.receiver import readable
-from larics_host.recording import read_records
 from larics_host.validation.sources import base_name
 from larics_host.wording import counted
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from larics_host.errors import UserError
-from larics_host.scoring import FULLY_VISIBLE, Found, Tally, Truth, heading_error, match
+from larics_host.validation.scoring import FULLY_VISIBLE, Found, Tally, Truth, heading_error, match
 
 MISSED = "missed"
 UNCERTAIN = "?"

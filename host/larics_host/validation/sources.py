@@ -3,7 +3,7 @@
 import json
 from pathlib import Path, PurePath
 
-from larics_host import batch
+from larics_host.detection import batch
 from larics_host.errors import UserError, report
 from larics_host.progress import watched
 

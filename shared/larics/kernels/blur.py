@@ -1,4 +1,4 @@
-"""The second opinion's model of blur: what a line and the two rings look like through it.
+"""The blur-model reader's model of blur: what a line and the two rings look like through it.
 
 Lengths along a radius are in units of 1/24 of the outer radius: the outer ring lies at 24, the inner one at
 16, and the rings are looked at from 13 to 28. `rel` is an angle from the direction of motion in 1/32 of half

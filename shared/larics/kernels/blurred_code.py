@@ -1,4 +1,4 @@
-"""The second opinion on the code: eight blurred lines inside the inner ring, fitted jointly.
+"""The blur-model reader on the code: eight blurred lines inside the inner ring, fitted jointly.
 
 Units as in larics.kernels.blur.
 """

@@ -1,4 +1,4 @@
-"""The second opinion on the lines: how much of a blurred radial line lies where.
+"""The blur-model reader on the lines: how much of a blurred radial line lies where.
 
 Units as in larics.kernels.blur. A bar is the profile of a blurred line, 24 items for the distances 0..23 from
 its middle; across a line at angle phi it is the profile of the rings at phi + 90 degrees.

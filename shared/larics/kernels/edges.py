@@ -54,8 +54,14 @@ def gradient_histogram(
 
 @micropython.viper
 def edge_threshold(
-    histogram: ptr16, i: int, seen: int, samples: int, floor: int, median_q4: int, share_min: int,
-    share_max: int
+    histogram: ptr16,
+    i: int,
+    seen: int,
+    samples: int,
+    floor: int,
+    median_q4: int,
+    share_min: int,
+    share_max: int,
 ) -> int:
     """Edge threshold in grey levels from the histogram, which is cleared: median_q4/16 of the median, but
     so that between share_min and share_max 1024ths of the samples pass, and at least `floor`.

@@ -1,4 +1,4 @@
-"""The second opinion on the rings: samples in polar coordinates, and the radius where the rings are.
+"""The blur-model reader on the rings: samples in polar coordinates, and the radius where the rings are.
 
 Units as in larics.kernels.blur.
 """

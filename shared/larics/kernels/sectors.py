@@ -1,4 +1,4 @@
-"""The second opinion on the rings' 32 sectors: how far they are off, what light falls on them.
+"""The blur-model reader on the rings' 32 sectors: how far they are off, what light falls on them.
 
 Units as in larics.kernels.blur; sector k lies around the direction (k + 1/2) / 32 turn.
 """
@@ -242,8 +242,15 @@ def median(values: ptr16, i: int, j: int, first: int, count: int, sorted_values:
 
 @micropython.viper
 def sector_levels(
-    sectors: ptr16, i: int, sector: int, amplitude: int, background: int, least_match: int, wide: int,
-    local: int, levels: ptr16
+    sectors: ptr16,
+    i: int,
+    sector: int,
+    amplitude: int,
+    background: int,
+    least_match: int,
+    wide: int,
+    local: int,
+    levels: ptr16,
 ) -> int:
     """levels: for each of 32 sectors the rings' amplitude, then their background, among its neighbours.
 

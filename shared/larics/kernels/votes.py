@@ -53,8 +53,16 @@ def cast_votes(
 
 @micropython.viper
 def join_cells(
-    cells: ptr32, i: int, o: int, blocks: ptr32, row: int, block_row: int, left: int, right: int, top: int,
-    bottom: int
+    cells: ptr32,
+    i: int,
+    o: int,
+    blocks: ptr32,
+    row: int,
+    block_row: int,
+    left: int,
+    right: int,
+    top: int,
+    bottom: int,
 ) -> int:
     """blocks[y * block_row + x] = the four cells (2x, 2y) .. (2x + 1, 2y + 1), joined by OR.
 

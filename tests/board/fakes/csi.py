@@ -3,7 +3,6 @@
 A test sets `world`: which sizes the sensor takes, the frames that come, what fails.
 """
 
-
 from image_object import Image
 
 GRAYSCALE = 0x08020001
@@ -164,5 +163,3 @@ class CSI:
 
 def devices():
     return [0x7936]
-
-

@@ -1,0 +1,105 @@
+"""Files that survive a loss of power at any byte: written anew with a CRC, then renamed.
+
+`name` is the file in use, `name`.old the one before, `name`.new one being written. Whatever moment the
+power fails, one of them is whole, and `load` finds the newest that is.
+"""
+
+import os
+from binascii import crc32
+
+_CRC_LINE = 15  # "\n#crc " + 8 hex digits + "\n"
+
+MISSING = 0
+GOOD = 1
+RESTORED = 2  # the file in use was not whole; another was
+CORRUPT = 3  # there are files and none is whole
+
+
+def seal(text):
+    """The bytes of a file with this text (str): the text and a line with its CRC."""
+    data = text.encode()
+    return data + b"\n#crc %08x\n" % (crc32(data) & 0xFFFFFFFF)
+
+
+def unseal(data):
+    """The text of a sealed file, or None when it is not whole.
+
+    A JSON object without the line of the CRC is taken as written by hand: cut off anywhere, it would lack
+    its last brace (the texts kept here have one only at their end)."""
+    if b"\n#crc" not in data and data.strip()[-1:] == b"}":
+        return data.decode()
+    end = len(data) - _CRC_LINE
+    if end < 0:
+        return None
+    text = data[:end]
+    if data[end:] != b"\n#crc %08x\n" % (crc32(text) & 0xFFFFFFFF):
+        return None
+    return text.decode()
+
+
+class AtomicFile:
+    """One kept text. `files` and `opener` replace os and open in tests."""
+
+    def __init__(self, path, files=os, opener=open):
+        self._path = path
+        self._new = path + ".new"
+        self._old = path + ".old"
+        self._files = files
+        self._open = opener
+
+    def _read(self, path):
+        """(exists, text or None)"""
+        try:
+            with self._open(path, "rb") as file:
+                return True, unseal(file.read())
+        except OSError:
+            return False, None
+        except (ValueError, UnicodeError):
+            return True, None
+
+    def load(self):
+        """(text or None, MISSING | GOOD | RESTORED | CORRUPT)."""
+        any_file = False
+        for path in (self._path, self._new, self._old):
+            exists, text = self._read(path)
+            any_file = any_file or exists
+            if text is not None:
+                return text, GOOD if path == self._path else RESTORED
+        return None, CORRUPT if any_file else MISSING
+
+    def save(self, text):
+        """Raises OSError when the flash is full, read-only or does not hold what was written; the text
+        in use is then the one before."""
+        self._recover()
+        data = seal(text)
+        try:
+            with self._open(self._new, "wb") as file:
+                file.write(data)
+            with self._open(self._new, "rb") as file:
+                if file.read() != data:
+                    raise OSError("the file read back differs")
+        except OSError:
+            self._remove(self._new)
+            raise
+        if self._read(self._path)[0]:
+            self._remove(self._old)
+            self._files.rename(self._path, self._old)
+        self._files.rename(self._new, self._path)
+
+    def _recover(self):
+        """Puts a whole file into use again before .new is overwritten."""
+        exists, text = self._read(self._path)
+        if text is not None:
+            return
+        for path in (self._new, self._old):
+            if self._read(path)[1] is not None:
+                if exists:
+                    self._remove(self._path)
+                self._files.rename(path, self._path)
+                return
+
+    def _remove(self, path):
+        try:
+            self._files.remove(path)
+        except OSError:
+            pass

@@ -1,0 +1,51 @@
+"""Runs the program on a PC in a closed loop: frames from a pipe in, the wire on a terminal device out.
+
+    micropython firmware/pc/closed_loop_main.py PIPE PORT SETTINGS.json [LATENCY_US]
+
+Also runs on CPython, for long simulations; see cameras.pipe for the frames.
+"""
+
+import json
+import sys
+
+from app import App
+from cameras import CameraError
+from larics.settings import Settings
+from pc.pipe_camera import Pipe
+
+if sys.implementation.name == "micropython":
+    from pc.uart_unix import UART
+else:
+    import os
+
+    class UART:
+        """The calls of machine.UART that link.SerialLine makes, on a terminal device; nothing is received."""
+
+        def __init__(self, device):
+            self._descriptor = os.open(device, os.O_RDWR | os.O_NOCTTY)
+
+        def any(self):
+            return 0
+
+        def write(self, buffer, offset, count):
+            return os.write(self._descriptor, memoryview(buffer)[offset : offset + count])
+
+
+def main(arguments):
+    if len(arguments) not in (3, 4):
+        sys.stderr.write("live: give PIPE PORT SETTINGS.json [LATENCY_US]\n")
+        return 2
+    try:
+        with open(arguments[2]) as file:
+            settings = Settings(json.load(file))
+        camera = Pipe(arguments[0], int(arguments[3]) if len(arguments) == 4 else 15000)
+        app = App(settings, camera, UART(arguments[1]), "live", clock=camera.clock)
+    except (ValueError, OSError, CameraError) as error:
+        sys.stderr.write("live: %s\n" % error)
+        return 2
+    app.run()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,142 @@
+"""Reading the camera's wire on a PC: from a serial port, or from a file of recorded bytes."""
+
+import contextlib
+import os
+import signal
+import stat
+import sys
+import time
+
+import serial
+from serial.tools import list_ports
+
+from larics_host.errors import UserError
+
+_PIECE = 4096
+_RETRY_S = 0.2
+
+
+class ConnectionLost(Exception):
+    """The port vanished while reading; what was received before stays valid."""
+
+
+class SerialSource:
+    """A serial port. `read` returns b"" when nothing came within `timeout_s`."""
+
+    live = True
+
+    def __init__(self, port, baud=115200, timeout_s=0.1):
+        self.name = port
+        self.settings = (port, baud, timeout_s)
+        try:
+            self._port = serial.Serial(port, baud, timeout=timeout_s, write_timeout=1)
+        except (serial.SerialException, OSError, ValueError) as error:
+            raise UserError(_why_not_open(port, error)) from error
+
+    def read(self):
+        """What has arrived, as bytes. Raises ConnectionLost when the port has gone."""
+        try:
+            data = self._port.read(1)
+            if data:
+                data += self._port.read(min(self._port.in_waiting, _PIECE))
+            return data
+        except (serial.SerialException, OSError, TypeError) as error:  # TypeError: closed under the read
+            raise ConnectionLost("the port %s vanished while reading" % self.name) from error
+
+    def write(self, data):
+        """Sends bytes. Raises ConnectionLost when the port has gone or takes nothing for a second."""
+        try:
+            self._port.write(data)
+        except (serial.SerialException, OSError) as error:
+            raise ConnectionLost("the port %s vanished or is stuck while writing" % self.name) from error
+
+    def flush(self):
+        """Waits until everything that was written is out."""
+        self._port.flush()
+
+    def close(self):
+        self._port.close()
+
+
+class ReconnectingSource:
+    """A SerialSource that survives unplugging: `read` returns b"" while the port is gone, and goes on when it
+    is back. `on_change(text)` is told of both."""
+
+    live = True
+
+    def __init__(self, source, on_change=lambda text: print(text, file=sys.stderr)):
+        self.name = source.name
+        self._source = source
+        self._settings = source.settings
+        self._on_change = on_change
+
+    def read(self):
+        if self._source is None:
+            time.sleep(_RETRY_S)
+            try:
+                self._source = SerialSource(*self._settings)
+            except UserError:
+                return b""
+            self._on_change("larics: the port %s is back" % self.name)
+        try:
+            return self._source.read()
+        except ConnectionLost as error:
+            self._source.close()
+            self._source = None
+            self._on_change("larics: %s; waiting for it" % error)
+            return b""
+
+    def close(self):
+        if self._source is not None:
+            self._source.close()
+
+
+@contextlib.contextmanager
+def stop_on_signals(live):
+    """A function that tells whether Ctrl-C or SIGTERM came. A source that is not live may block for ever,
+    so there they raise KeyboardInterrupt; from a live one nothing that was read gets lost."""
+    came = []
+
+    def note(*_):
+        came.append(True)
+        if not live:
+            raise KeyboardInterrupt
+
+    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(came)
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+class FileSource:
+    """A file of raw bytes as the camera sent them, or "-" for standard input."""
+
+    live = False
+
+    def __init__(self, path):
+        self.name = path
+        try:
+            self._file = sys.stdin.buffer if path == "-" else open(path, "rb")  # noqa: SIM115
+        except OSError as error:
+            raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+
+    def read(self):
+        """The next bytes, or None at the end."""
+        return self._file.read(_PIECE) or None
+
+    def close(self):
+        if self._file is not sys.stdin.buffer:
+            self._file.close()
+
+
+def _why_not_open(port, error):
+    if not os.path.exists(port) and "/" in port:
+        found = ", ".join(item.device for item in list_ports.comports()) or "none"
+        return "no port %s (serial ports here: %s)" % (port, found)
+    if isinstance(error, PermissionError) or getattr(error, "errno", None) == 13:
+        return "no permission to open %s: add your user to the group that owns it (often dialout)" % port
+    if os.path.exists(port) and not stat.S_ISCHR(os.stat(port).st_mode):
+        return "%s is no serial port" % port
+    return "cannot open the port %s: %s" % (port, str(error).splitlines()[0])

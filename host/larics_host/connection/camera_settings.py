@@ -1,0 +1,120 @@
+"""Settings of a camera over the wire, and of files: read, checked together, changed in a safe order."""
+
+import contextlib
+import json
+
+from larics import settings as setting_rules
+from larics_host import files
+from larics_host.connection.byte_sources import ConnectionLost, SerialSource
+from larics_host.connection.client import Client
+from larics_host.errors import UserError
+from larics_host.progress import watched
+
+
+@contextlib.contextmanager
+def connected(port, baud=115200, on_message=None):
+    """A Client of the camera at a serial port. A port that vanishes becomes a UserError."""
+    source = SerialSource(port, baud, timeout_s=0.02)
+    try:
+        yield Client(source, on_message)
+    except ConnectionLost as error:
+        raise UserError(str(error)) from None
+    finally:
+        source.close()
+
+
+def add_port_arguments(parser, required=True):
+    parser.add_argument("--port", metavar="DEVICE", required=required, help="serial port of the camera")
+    parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
+
+
+def read_all(client):
+    """{name: value} of all settings of a camera."""
+    fields = setting_rules.FIELDS
+    return {f.name: client.get(f.name) for f in watched(fields, len(fields), "settings", True)}
+
+
+def checked(values):
+    """A Settings of these values; UserError in one line when they cannot be."""
+    try:
+        return setting_rules.Settings(values)
+    except ValueError as error:
+        raise UserError(str(error)) from None
+
+
+def differences(before, after):
+    """[(name, value before, value after)] of the settings that differ, in the order of the table."""
+    return [
+        (f.name, _plain(before[f.name]), _plain(after[f.name]))
+        for f in setting_rules.FIELDS
+        if _plain(before[f.name]) != _plain(after[f.name])
+    ]
+
+
+def _plain(value):
+    return [_plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+
+def apply(client, current, changes):
+    """Sends changes {name: value} to a camera that has the values `current`; returns the names sent.
+
+    All is checked before anything is sent, and one setting after the other goes when it fits those that
+    the camera has by then. Raises UserError.
+    """
+    wanted = checked({**current, **changes}).as_dict()
+    steps = differences(current, wanted)
+    camera = checked(current)
+    order = []
+    while steps:
+        for step in steps:
+            with contextlib.suppress(ValueError):
+                camera.set(step[0], step[2])
+                break
+        else:
+            names = ", ".join(name for name, _, _ in steps)
+            raise UserError("%s cannot be changed one after the other: change others first" % names)
+        steps.remove(step)
+        order.append(step)
+    for name, _, value in watched(order, len(order), "settings", True):
+        client.set(name, value)
+        if _plain(client.get(name)) != value:
+            raise UserError("the camera took %s but reports another value" % name)
+    return [name for name, _, _ in order]
+
+
+def parse_value(name, text):
+    """The value of a setting from the text that a user typed: JSON, a bare word, or 1,2,3 for a list."""
+    field = setting_rules.field(name)
+    if field is None:
+        known = ", ".join(entry.name for entry in setting_rules.FIELDS)
+        raise UserError("there is no setting %s; there are: %s" % (name, known))
+    if field.kind == "list" and not text.startswith("["):
+        text = "[%s]" % text
+    try:
+        value = json.loads(text)
+    except ValueError:
+        value = text
+    reason = field.reason(value)
+    if reason:
+        raise UserError(reason)
+    return value
+
+
+def read_file(path):
+    """{name: value} of the settings in a JSON file, the version left out; the values are those allowed."""
+    values = files.read_json(path)
+    if not isinstance(values, dict):
+        raise UserError("%s is no table of names and values" % path)
+    try:
+        checked(values)
+    except UserError as error:
+        raise UserError("%s: %s" % (path, error)) from None
+    values.pop("version", None)
+    return values
+
+
+def write_file(path, values):
+    """Writes all settings, those not in `values` with their defaults, one a line."""
+    complete = checked(values).as_dict()
+    lines = ["%s: %s" % (json.dumps(name), json.dumps(complete[name])) for name in sorted(complete)]
+    files.write_file(path, "{\n " + ",\n ".join(lines) + "\n}\n")

@@ -1,0 +1,231 @@
+"""The host's side of the commands: requests with a token, repeated until they are answered.
+
+    client = Client(SerialSource("/dev/ttyACM0"))
+    client.get("ceiling_mm10")
+    client.set("route", [3, 1, 2])
+    client.save()
+
+Measurements go on meanwhile; `on_message(type, sequence, values)` gets every message that is no answer.
+"""
+
+import random
+import time
+from binascii import crc32
+from dataclasses import dataclass
+
+from larics import settings as setting_rules
+from larics.wire import codec as protocol
+from larics.wire import messages as m
+from larics_host import wire_names as codes
+from larics_host.errors import UserError
+
+
+class NoAnswer(UserError):
+    """The camera did not answer in time."""
+
+
+class Refused(UserError):
+    """The camera answered NACK; `reason` is its number."""
+
+    def __init__(self, text, reason):
+        super().__init__(text)
+        self.reason = reason
+
+
+@dataclass
+class RawFrame:
+    """width, height: px; frame: its number; pixels: bytes, row by row."""
+
+    width: int
+    height: int
+    frame: int
+    pixels: bytes
+
+
+class Client:
+    """Talks to a camera over `stream`: read() -> bytes that arrived, b"" after a short wait, None at the
+    end; write(bytes).
+
+    timeout_s is how long one request waits before it is sent again, retries how often it is sent.
+    """
+
+    def __init__(self, stream, on_message=None, timeout_s=0.5, retries=6, clock=time.monotonic):
+        self.decoder = protocol.Decoder(self._arrived)
+        self._stream = stream
+        self._on_message = on_message
+        self._timeout_s = timeout_s
+        self._retries = retries
+        self._clock = clock
+        self._encoder = protocol.Encoder()
+        self._token = random.randrange(1, 65536)
+        self._answer = None
+        self._waiting_for = None
+        self._data = []
+        self._raw_token = 0
+        self._raw_header = None
+        self._raw_chunks = {}
+
+    # commands
+
+    def ping(self):
+        self._request(m.PING)
+
+    def info(self):
+        """The fields of INFO as a dict; board as text, unique_id as bytes."""
+        for values in self._request(m.GET_INFO):
+            if len(values) == len(protocol.fields(m.INFO)):
+                info = {field[0]: value for field, value in zip(protocol.fields(m.INFO), values, strict=True)}
+                info["board"] = info["board"].rstrip(b"\0").decode("ascii", "replace")
+                return info
+        raise NoAnswer("the camera acknowledged, but its INFO was lost: try again")
+
+    def get(self, name):
+        """The value of a setting, as in `larics.settings`."""
+        field = _field(name)
+        for _ in range(self._retries):
+            parts = {}
+            length = 0
+            for values in self._request(m.GET_SETTING, field.key):
+                length = values[3]
+                for k, number in enumerate(values[4:]):
+                    parts[values[2] + k] = number
+            numbers = [parts[k] for k in range(length) if k in parts]
+            if parts and len(numbers) == length:
+                return field.value(numbers)
+        raise NoAnswer("the answer for the setting %s keeps getting lost" % name)
+
+    def set(self, name, value):
+        """Changes a setting until the next start; `save` makes it permanent. Raises UserError."""
+        field = _field(name)
+        reason = field.reason(value)
+        if reason:
+            raise UserError(reason)
+        numbers = field.numbers(value)
+        first = 0
+        while True:
+            part = numbers[first : first + m.SETTING_VALUES]
+            padding = [0] * (m.SETTING_VALUES - len(part))
+            self._request(m.SET_SETTING, field.key, first, len(numbers), *part, *padding)
+            first += m.SETTING_VALUES
+            if first >= len(numbers):
+                return
+
+    def save(self):
+        self._request(m.SAVE_SETTINGS, timeout_s=max(2.0, self._timeout_s))
+
+    def restart(self):
+        boot = self.info()["boot"]
+        try:
+            self._request(m.RESTART, boot)
+        except Refused as error:
+            if error.reason != m.NACK_BOOT:  # its ACK was lost and it has restarted already
+                raise
+
+    def raw_frame(self, progress=None, stall_s=5.0):
+        """One RawFrame; `progress(received, total)` is called as chunks come. Raises UserError."""
+        self._raw_header = None
+        self._raw_chunks = {}
+        self._raw_token = token = self._next_token()
+        self._request(m.GET_RAW, token=token, want_header=True)
+        header = self._raw_header
+        total = header[4]
+        known = len(self._raw_chunks)
+        silent_s = 4 * self._timeout_s
+        last = asked = self._clock()
+        while known < total:
+            self.poll()
+            now = self._clock()
+            if len(self._raw_chunks) != known:
+                known = len(self._raw_chunks)
+                last = asked = now
+                if progress:
+                    progress(known, total)
+            elif now - last > silent_s + stall_s:
+                raise NoAnswer("the raw frame stopped at %d of %d chunks" % (known, total))
+            elif now - asked > silent_s:
+                self._ask_again(token, total)
+                asked = self._clock()
+        width, height = header[2], header[3]
+        pixels = b"".join(self._raw_chunks[k] for k in range(total))[: width * height]
+        if crc32(pixels) != header[5] | header[6] << 16:
+            raise UserError("the raw frame arrived damaged: its checksum differs; try again")
+        return RawFrame(width, height, header[1], pixels)
+
+    def _ask_again(self, token, total):
+        """Asks for the first run of chunks that is missing."""
+        first = next(k for k in range(total) if k not in self._raw_chunks)
+        count = 1
+        while first + count < total and first + count not in self._raw_chunks:
+            count += 1
+        try:
+            self._request(m.GET_RAW_AGAIN, token, first, count)
+        except Refused as error:
+            if error.reason != m.NACK_BUSY:
+                raise
+
+    # requests and answers
+
+    def _next_token(self):
+        self._token = self._token % 65535 + 1
+        return self._token
+
+    def _request(self, command, *values, token=None, timeout_s=None, want_header=False):
+        """Sends a command until it is answered; returns the data messages that came before the ACK."""
+        token = token or self._next_token()
+        self._answer = None
+        self._data = []
+        self._waiting_for = (token, command)
+        try:
+            for _ in range(self._retries):
+                size = self._encoder.encode(command, [token, *values])
+                # the leading 0 ends whatever noise the camera may have taken for a frame's beginning
+                self._stream.write(b"\0" + bytes(self._encoder.buffer[:size]))
+                end = self._clock() + (timeout_s or self._timeout_s)
+                while self._clock() < end:
+                    self.poll()
+                    if self._answer and not (want_header and self._answer[0] and not self._raw_header):
+                        return self._result(command)
+        finally:
+            self._waiting_for = None
+        raise NoAnswer("no answer to %s after %d tries" % (protocol.name(command), self._retries))
+
+    def _result(self, command):
+        acknowledged, reason, detail = self._answer
+        if acknowledged:
+            return self._data
+        why = codes.name_of("NACK reason", reason)
+        field = setting_rules.field(detail) if detail else None
+        place = " for %s" % field.name if field else ""
+        raise Refused("the camera refused %s%s: %s" % (protocol.name(command), place, why), reason)
+
+    def poll(self):
+        """Reads once and hands on what came. NoAnswer at the end of the line."""
+        data = self._stream.read()
+        if data is None:
+            raise NoAnswer("the line ended")
+        self.decoder.feed(data, len(data))
+
+    def _arrived(self, number, sequence, values):
+        token = values[0]
+        expected = self._waiting_for
+        if number in (m.ACK, m.NACK):
+            if expected == (token, values[1]):
+                self._answer = (True, 0, 0) if number == m.ACK else (False, values[2], values[3])
+        elif number in (m.INFO, m.SETTING) and expected and token == expected[0]:
+            self._data.append([bytes(v) if isinstance(v, bytearray) else v for v in values])
+        elif number == m.RAW_HEADER:
+            if token == self._raw_token:
+                self._raw_header = list(values)
+        elif number == m.RAW_CHUNK:
+            if token == self._raw_token:
+                self._raw_chunks[values[1]] = bytes(values[2])
+        elif self._on_message:
+            self._on_message(number, sequence, values)
+
+
+def _field(name):
+    field = setting_rules.field(name)
+    if field is None:
+        known = ", ".join(entry.name for entry in setting_rules.FIELDS)
+        raise UserError("there is no setting %s; there are: %s" % (name, known))
+    return field

@@ -1,0 +1,183 @@
+"""Detection in many frames on all cores; the results come in the order of the frames."""
+
+import multiprocessing
+import os
+import time
+from collections import deque
+from concurrent.futures import ProcessPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+
+from larics_host.detection import detectors
+from larics_host.errors import UserError
+from larics_host.images.frame_sources import STILL_EXTENSIONS, list_sources, read_source
+
+_BLOCK = 16  # frames handed to a process at a time
+_AHEAD = 4  # blocks a process that may wait
+_POOL_FROM = 6000  # frames from which starting processes pays
+_STREAM_FRAME_BYTES = 60_000  # a guess of what a frame of a stream takes
+
+
+class Result(NamedTuple):
+    """What became of a frame.
+
+    found   detections as dicts, None when the frame or its source could not be processed; then `error`
+            says why. `width` is 0 when not even the frame could be read
+    ms      time of the detection, None for the first frame of a size, which also loads the kernels
+    frame   the frame itself, when it was asked for
+    """
+
+    name: str
+    width: int = 0
+    height: int = 0
+    found: list | None = None
+    ms: float | None = None
+    error: str | None = None
+    frame: np.ndarray | None = None
+
+
+class _Work:
+    """One detector for each frame size, made when the first frame of that size comes."""
+
+    def __init__(self, options, keep_frames):
+        self._options = options
+        self._keep = keep_frames
+        self._by_size = {}
+
+    def block(self, items):
+        """The results of a block: items are paths of images, or (name, frame)."""
+        results = []
+        for item in items:
+            if isinstance(item, tuple):
+                results.append(self.detect(*item))
+                continue
+            try:
+                results += [self.detect(name, frame) for name, frame in read_source(item)]
+            except UserError as error:
+                results.append(Result(str(item), error=str(error)))
+        return results
+
+    def detect(self, name, frame):
+        height, width = frame.shape
+        size = (width, height)
+        fresh = size not in self._by_size
+        if fresh:
+            try:
+                self._by_size[size] = self._options.make(width, height)
+            except UserError as error:
+                self._by_size[size] = error
+        detector = self._by_size[size]
+        if isinstance(detector, UserError):
+            return Result(name, width, height, error="%s: %s" % (name, detector))
+        start = time.perf_counter()
+        found = [detectors.as_dict(one) for one in detector.detect(frame)]
+        ms = None if fresh else 1000 * (time.perf_counter() - start)
+        return Result(name, width, height, found, ms, None, frame if self._keep else None)
+
+
+_work = None
+
+
+def _begin(options, keep_frames):
+    global _work
+    _work = _Work(options, keep_frames)
+
+
+def _run(items):
+    return _work.block(items)
+
+
+def _sources(paths, errors):
+    for path in paths:
+        try:
+            yield from list_sources(path)
+        except UserError as error:
+            errors.append(Result(str(path), error=str(error)))
+
+
+def _is_still(path):
+    return path.suffix.lower() in STILL_EXTENSIONS
+
+
+def count_frames(paths):
+    """(number of frames, None when only reading them would tell; how long the longest name is)."""
+    found = list(_sources(paths, []))
+    width = max([5] + [len(str(path)) for path in found])
+    return (len(found), width) if all(map(_is_still, found)) else (None, width + 6)
+
+
+def _blocks(paths, errors):
+    """Blocks of images by path, for whoever takes them to read, and of frames read here from streams."""
+    block = []
+    for path in _sources(paths, errors):
+        if _is_still(path):
+            block.append(path)
+        else:
+            try:
+                for item in read_source(path):
+                    block.append(item)
+                    if len(block) >= _BLOCK:
+                        yield block
+                        block = []
+            except UserError as error:
+                errors.append(Result(str(path), error=str(error)))
+        if len(block) >= _BLOCK:
+            yield block
+            block = []
+    if block:
+        yield block
+
+
+def usual_jobs(paths):
+    """How many processes are worth starting."""
+    frames = 0
+    for path in _sources(paths, []):
+        frames += 1 if _is_still(path) else path.stat().st_size // _STREAM_FRAME_BYTES
+    return cores() if frames >= _POOL_FROM else 1
+
+
+def cores():
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def detect_all(paths, options, jobs=None, keep_frames=False):
+    """Yields a Result for every frame behind `paths`, and one for every source that cannot be read.
+
+    options   DetectionOptions;  jobs  processes, None for as many as are worth it
+    """
+    jobs = jobs or usual_jobs(paths)
+    errors = []
+    blocks = _blocks(paths, errors)
+    results = _serial if jobs == 1 else _parallel
+    for result in results(blocks, options, jobs, keep_frames):
+        while errors:
+            yield errors.pop(0)
+        yield result
+    yield from errors
+
+
+def _serial(blocks, options, jobs, keep_frames):
+    work = _Work(options, keep_frames)
+    for block in blocks:
+        for item in block:  # one by one, so that whoever watches sees each as it is done
+            yield from work.block([item])
+
+
+def _parallel(blocks, options, jobs, keep_frames):
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, context, _begin, (options, keep_frames)) as pool:
+        waiting = deque()
+        try:
+            for block in blocks:
+                waiting.append(pool.submit(_run, block))
+                while len(waiting) > _AHEAD * jobs:
+                    yield from waiting.popleft().result()
+            while waiting:
+                yield from waiting.popleft().result()
+        finally:
+            for future in waiting:
+                future.cancel()

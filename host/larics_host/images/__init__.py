@@ -1,0 +1,1 @@
+"""Frames from files, folders, videos and streams; pictures with detections."""

@@ -1,0 +1,1 @@
+"""Logs of the stream: writing, reading, the live table, MCAP."""

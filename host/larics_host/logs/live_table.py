@@ -1,0 +1,128 @@
+"""What a person sees while messages come in: the newest markers, the vehicle's pose and the health."""
+
+from collections import deque
+
+from rich.console import Group
+from rich.table import Table
+
+from larics.wire import messages as m
+from larics_host import wire_names as codes
+
+_ROWS = 12
+STATES = {m.LOST: "LOST", m.COASTING: "COASTING", m.TRACKING: "TRACKING"}
+
+
+def flag_text(flags):
+    """The names of the flags of a MARKER message that are set."""
+    return ", ".join(
+        codes.name_of("MARKER flag", 1 << bit) for bit in range(flags.bit_length()) if flags >> bit & 1
+    )
+
+
+def fault_text(active, last):
+    """Faults of a STATUS message: those that last, then the newest that is over."""
+    names = [codes.name_of("Fault", bit) for bit in range(1, active.bit_length()) if active >> bit & 1]
+    if last and not active >> last & 1:
+        names.append("last: " + codes.name_of("Fault", last))
+    return ", ".join(names) or "none"
+
+
+def marker_row(message):
+    """A MARKER message as texts: frame, time, ID, x, y, z, heading, margin, age, notes."""
+    fields = message.fields
+    if fields["flags"] & m.MARKER_NONE:
+        measures = ["-"] * 6
+    else:
+        offsets = [fields[name] / 10 for name in ("x_mm10", "y_mm10", "z_mm10")]
+        known = not fields["flags"] & m.MARKER_NO_OFFSET
+        measures = ["?" if fields["id"] == m.ID_NONE else str(fields["id"])]
+        measures += ["%.1f" % offset if known else "?" for offset in offsets]
+        measures += ["%.2f" % (fields["heading_cdeg"] / 100), str(fields["margin"])]
+    return [
+        str(fields["frame"]),
+        "%.3f" % message.time_s,
+        *measures,
+        "%.1f" % (fields["age_us"] / 1000),
+        flag_text(fields["flags"]),
+    ]
+
+
+HEADINGS = ("frame", "time s", "ID", "x mm", "y mm", "z mm", "heading deg", "margin", "age ms", "notes")
+
+
+class LiveTable:
+    """Collects messages; `render()` gives what rich shows."""
+
+    def __init__(self, source):
+        self._source = source
+        self._rows = deque(maxlen=_ROWS)
+        self._status = None
+        self._pose = None
+        self._info = None
+        self._counters = None
+
+    def add(self, message):
+        if message.name == "MARKER":
+            self._rows.append(marker_row(message))
+        elif message.name == "STATUS":
+            self._status = message.fields
+        elif message.name == "POSE":
+            self._pose = message.fields
+        elif message.name == "INFO":
+            self._info = message.fields
+
+    def render(self, counters):
+        table = Table(title="larics log %s" % self._source, title_justify="left")
+        for heading in HEADINGS:
+            table.add_column(heading, justify="left" if heading == "notes" else "right", no_wrap=True)
+        for row in self._rows:
+            table.add_row(*row)
+        return Group(table, *self._lines(counters))
+
+    def _lines(self, counters):
+        lines = []
+        if self._info:
+            lines.append("board %(board)s, frames of %(width)dx%(height)d px" % self._info)
+        if self._pose:
+            pose = self._pose
+            lines.append(
+                "pose %s: x %.1f mm, y %.1f mm, heading %.2f deg, %.0f ms old"
+                % (
+                    STATES[pose["state"]],
+                    pose["x_mm10"] / 10,
+                    pose["y_mm10"] / 10,
+                    pose["heading_cdeg"] / 100,
+                    pose["age_us"] / 1000,
+                )
+            )
+        if self._status:
+            status = self._status
+            lines.append(
+                "%s, %.1f frames/s, detection %.1f ms, latency %.1f ms, exposure %.1f ms, gain %.1f dB"
+                % (
+                    STATES[status["state"]],
+                    status["rate_chz"] / 100,
+                    status["detect_us"] / 1000,
+                    status["latency_us"] / 1000,
+                    status["exposure_us"] / 1000,
+                    status["gain_cdb"] / 100,
+                )
+            )
+            lines.append(
+                "up %d s, missed %d, dropped %d, faults %d (%s)"
+                % (
+                    status["uptime_s"],
+                    status["missed"],
+                    status["drops"],
+                    status["faults"],
+                    fault_text(status["active_faults"], status["last_fault"]),
+                )
+            )
+        lines.append("received %d, lost %d, damaged %d" % reception(counters))
+        return lines
+
+
+def reception(counters):
+    """(messages received, missing by their numbers, damaged) of a decoder's counters."""
+    damaged = counters.crc + counters.cobs + counters.length + counters.over_long + counters.out_of_range
+    return counters.messages, counters.gaps, damaged

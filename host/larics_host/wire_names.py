@@ -1,0 +1,111 @@
+"""What the codes in messages mean, for people: documentation, C header, and the PC's displays.
+
+A board never imports this: the numbers are in `larics.wire.messages`.
+"""
+
+from larics.wire import messages as m
+
+# (group, ((name, number, meaning), ...))
+ENUMS = (
+    (
+        "MARKER flag",
+        (
+            ("MARKER_ID_UNCERTAIN", m.MARKER_ID_UNCERTAIN, "pose certain, ID not: id is 255"),
+            ("MARKER_UNCONFIRMED", m.MARKER_UNCONFIRMED, "ID not yet agreed on by enough frames"),
+            ("MARKER_TRACKED", m.MARKER_TRACKED, "found around the prediction, without a search"),
+            ("MARKER_BORDER", m.MARKER_BORDER, "plate cut off by the border of the frame"),
+            ("MARKER_MODEL", m.MARKER_MODEL, "accepted by the blur-model reader, not by the direct reader"),
+            ("MARKER_NONE", m.MARKER_NONE, "no marker seen in this frame: count 0, id 255, measures 0"),
+            ("MARKER_NO_OFFSET", m.MARKER_NO_OFFSET, "x, y, z unknown and 0: the camera is not calibrated"),
+        ),
+    ),
+    (
+        "POSE state",
+        (
+            ("LOST", m.LOST, "no usable pose; x, y, heading are the last known ones"),
+            ("COASTING", m.COASTING, "predicted from earlier markers"),
+            ("TRACKING", m.TRACKING, "measured in this frame"),
+        ),
+    ),
+    (
+        "Special value",
+        (
+            ("ID_NONE", m.ID_NONE, "id: none, or uncertain"),
+            ("ROUTE_NONE", m.ROUTE_NONE, "route_position: no route, or not on it"),
+            ("DIRECTION_NONE", m.DIRECTION_NONE, "next_cdeg: no next direction"),
+            ("SIGMA_UNKNOWN", m.SIGMA_UNKNOWN, "sigma: unknown or larger than can be told"),
+        ),
+    ),
+    (
+        "NACK reason",
+        (
+            ("NACK_UNKNOWN_KEY", m.NACK_UNKNOWN_KEY, "no setting has this key"),
+            ("NACK_RANGE", m.NACK_RANGE, "a value is outside its range"),
+            ("NACK_LENGTH", m.NACK_LENGTH, "wrong number of values for this setting"),
+            (
+                "NACK_LIST_ORDER",
+                m.NACK_LIST_ORDER,
+                "a list's parts came out of order: start again at first 0",
+            ),
+            ("NACK_CONFLICT", m.NACK_CONFLICT, "valid alone, but not together with other settings"),
+            ("NACK_STORAGE", m.NACK_STORAGE, "the settings could not be written; the old file is kept"),
+            ("NACK_BUSY", m.NACK_BUSY, "not now: try again"),
+            ("NACK_NO_FRAME", m.NACK_NO_FRAME, "no frame yet, or no memory for a copy of it"),
+            ("NACK_TRANSFER", m.NACK_TRANSFER, "this raw frame is not kept any more"),
+            ("NACK_CHUNK", m.NACK_CHUNK, "this raw frame has no such chunks"),
+            ("NACK_TOKEN", m.NACK_TOKEN, "this token was just used for another command"),
+            ("NACK_BOOT", m.NACK_BOOT, "the boot number is not the current one: already restarted"),
+            ("NACK_UNKNOWN_COMMAND", m.NACK_UNKNOWN_COMMAND, "this firmware does not have this command"),
+        ),
+    ),
+    (
+        "Fault",
+        (
+            ("FAULT_CAMERA_TIMEOUT", m.FAULT_CAMERA_TIMEOUT, "no frame within the time limit"),
+            ("FAULT_CAMERA_RESET", m.FAULT_CAMERA_RESET, "the camera was started again"),
+            ("FAULT_UART_WRITE", m.FAULT_UART_WRITE, "the line took fewer bytes than given, or none"),
+            ("FAULT_SETTINGS_MISSING", m.FAULT_SETTINGS_MISSING, "no settings file: defaults in use"),
+            (
+                "FAULT_SETTINGS_CORRUPT",
+                m.FAULT_SETTINGS_CORRUPT,
+                "settings file damaged: the previous one in use, or defaults",
+            ),
+            (
+                "FAULT_SETTINGS_VERSION",
+                m.FAULT_SETTINGS_VERSION,
+                "settings of another version: what is valid is used",
+            ),
+            ("FAULT_STORAGE", m.FAULT_STORAGE, "flash full or read-only"),
+            ("FAULT_DETECT", m.FAULT_DETECT, "exception in the detection of a frame"),
+            ("FAULT_MEMORY", m.FAULT_MEMORY, "memory ran out"),
+            (
+                "FAULT_SAVE_INTERRUPTED",
+                m.FAULT_SAVE_INTERRUPTED,
+                "power lost while saving: previous settings in use",
+            ),
+            ("FAULT_WATCHDOG", m.FAULT_WATCHDOG, "started by the watchdog"),
+            ("FAULT_SAFE_MODE", m.FAULT_SAFE_MODE, "safe mode: three fast resets, or the button"),
+            ("FAULT_CAMERA", m.FAULT_CAMERA, "the camera driver reported an error"),
+            ("FAULT_COMMAND", m.FAULT_COMMAND, "a command ended in an exception"),
+            ("FAULT_LOOP", m.FAULT_LOOP, "exception outside of camera, detection and commands"),
+            ("FAULT_MARKER_UNKNOWN", m.FAULT_MARKER_UNKNOWN, "a marker that is not in the map"),
+            ("FAULT_MARKER_HEIGHT", m.FAULT_MARKER_HEIGHT, "a marker whose size contradicts its height"),
+            (
+                "FAULT_MARKER_PLACE",
+                m.FAULT_MARKER_PLACE,
+                "a marker where it cannot be: misread, moved, or the vehicle was moved",
+            ),
+            ("FAULT_ROUTE", m.FAULT_ROUTE, "a wrong, missing or unexpected marker on the route"),
+        ),
+    ),
+)
+
+
+def name_of(group, number):
+    """The name of a number in one of the ENUMS, without its prefix, lower case; the number if unknown."""
+    for title, entries in ENUMS:
+        if title == group:
+            for name, value, _ in entries:
+                if value == number:
+                    return name.split("_", 1)[-1].lower().replace("_", " ")
+    return str(number)

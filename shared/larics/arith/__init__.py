@@ -1,0 +1,1 @@
+"""Fixed-point numbers and their tables: the ground floor."""

@@ -1,0 +1,107 @@
+"""Fixed-point helpers: sine, cosine, arc tangent, roots and angles, in integers only.
+
+An angle is in 1/65536 turn (`_turn16`, 0..65535) inside the detector and in hundredths of a degree
+(`_cdeg`, 0..35999) outside; both count counterclockwise.
+"""
+
+try:
+    import micropython  # noqa: F401  (its presence tells the interpreter)
+    from micropython import const
+
+    def table16(data):
+        return data
+
+    def frame_view(frame):
+        return frame
+except ImportError:
+    from larics._cpython import const, frame_view, table16  # noqa: F401  (frame_view is for the callers)
+
+from larics.arith import tables
+
+COSINE = table16(tables.COSINE_Q14_BIASED)
+LOG_GREY = table16(tables.LOG_GREY_Q8)
+AXES = table16(tables.AXES_48)
+ROOT = table16(tables.ROOT_Q14)
+
+_TURN = const(65536)
+_QUARTER = const(16384)
+
+
+def _entry(table, index):
+    return table[2 * index] | table[2 * index + 1] << 8
+
+
+def sin_q14(angle_turn16):
+    """Sine of an angle in 1/65536 turn, any integer, as -16384..16384; error below 2 units."""
+    angle = angle_turn16 & 65535
+    sign = 1
+    if angle >= 32768:
+        angle -= 32768
+        sign = -1
+    if angle > _QUARTER:
+        angle = 32768 - angle
+    index, rest = angle >> 6, angle & 63
+    value = _entry(tables.QUARTER_SINE_Q14, index)
+    if rest:
+        value += ((_entry(tables.QUARTER_SINE_Q14, index + 1) - value) * rest + 32) >> 6
+    return sign * value
+
+
+def cos_q14(angle_turn16):
+    """Cosine of an angle in 1/65536 turn, as `sin_q14`."""
+    return sin_q14(angle_turn16 + _QUARTER)
+
+
+def atan2_turn16(y, x):
+    """Angle of the vector (x, y) in 1/65536 turn, 0..65535; 0 for the null vector. |x|, |y| < 2**22."""
+    ax, ay = abs(x), abs(y)
+    if ax == 0 and ay == 0:
+        return 0
+    small, large = ay, ax  # a conditional pair would allocate a tuple
+    if ay > ax:
+        small, large = ax, ay
+    while large >= 16384:  # keep the quotient below within 30 bits
+        small >>= 1
+        large >>= 1
+    quotient = ((small << 16) + (large >> 1)) // large
+    index, rest = quotient >> 8, quotient & 255
+    angle = _entry(tables.ARCTAN, index)
+    if rest:
+        angle += ((_entry(tables.ARCTAN, index + 1) - angle) * rest + 128) >> 8
+    angle = (angle + 2) >> 2
+    if ay > ax:
+        angle = _QUARTER - angle
+    if x < 0:
+        angle = 32768 - angle
+    return (-angle if y < 0 else angle) & 65535
+
+
+def isqrt(value):
+    """Floor of the square root of a non-negative integer below 2**60."""
+    if value < 2:
+        return value
+    root, bits = value, 0
+    while root:
+        root >>= 2
+        bits += 1
+    root = 1 << bits
+    while True:
+        better = (root + value // root) >> 1
+        if better >= root:
+            return root
+        root = better
+
+
+def cdeg_from_turn16(angle_turn16):
+    """1/65536 turn -> hundredths of a degree, 0..35999, rounded."""
+    return ((angle_turn16 & 65535) * 1125 + 1024) // 2048 % 36000
+
+
+def turn16_from_cdeg(angle_cdeg):
+    """Hundredths of a degree -> 1/65536 turn, 0..65535, rounded."""
+    return (angle_cdeg % 36000 * 2048 + 562) // 1125 & 65535
+
+
+def wrap_cdeg(angle_cdeg):
+    """Any angle in hundredths of a degree -> -18000..17999."""
+    return (angle_cdeg + 18000) % 36000 - 18000

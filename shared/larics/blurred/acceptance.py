@@ -1,0 +1,140 @@
+"""Whether the blur-model reader accepts a candidate: rules on blurred rings and lines, with a margin."""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.blurred.line_fit import BITS, POSITIONS
+from larics.marker import verdicts
+from larics.marker.detection import NO_ID
+
+_MATCH_LEAST = const(700)  # squared correlation with the model's rings, 1/1024, median of the sectors
+_GOOD_LEAST = const(24)  # sectors of 32: rings that something covers are not for this judge
+_GOOD_LEAST_MOVING = const(20)  # where motion washes the rings out they look like nothing
+_FAINT = const(160)  # 1/16 grey level: less deep rings drown in noise, and may look less like rings
+_MATCH_LEAST_FAINT = const(560)
+_GOOD_LEAST_FAINT = const(18)
+_RATIO_MOST = const(20)  # of the radii, off the family's, 1/1024
+_DEVIATION_MOST = const(36)  # 1/1000 of the radius
+_DEPTH_LEAST = const(150)  # of lines, 256 = as deep as the rings
+_DEPTH_MOST = const(420)
+_HALF_LEAST = const(120)
+_LINE_RESIDUAL_MOST = const(200)  # what is no line leaves more, 1024 = as deep as the rings
+_BEYOND_MOST = const(110)  # a cable goes on where the line ends
+_RIVAL_MOST = const(72)  # percent of the line
+_COMMON_MOST = const(170)  # what the empty positions share
+_EMPTY_MOST = const(90)
+_EMPTY_LEAST = const(-135)
+_ZERO_MOST = const(85)
+_ONE_LEAST = const(150)
+_ONE_SHARE = const(9)  # 16ths of the orientation line: half as deep is dirt or blur beside a line
+_ONE_MOST = const(420)
+_RESIDUAL_MOST = const(190)  # beside a bit, 1024 = as deep as the rings, and so much more for the noise:
+_OF_NOISE = const(2)
+_SMALL_Q8 = const(3072)  # radius of rings on which a speck of dirt may be as large as a line,
+_ONE_LEAST_SMALL = const(212)  # but is seldom as dark
+_DIRTY_MOST = const(200)  # of one position that must be empty, at most
+
+
+class Acceptance:
+    """Judges one candidate at a time.
+
+    allowed             array of 8, whether an ID may be told; margin_min: smallest margin that is believed
+    marker_id, margin   of the last one, as in detection.Detection
+    """
+
+    def __init__(self, family, allowed, margin_min):
+        self._margin_min = margin_min
+        self._inner_q10 = (family.inner_mm10 * 1024 + family.outer_mm10 // 2) // family.outer_mm10
+        self._allowed = allowed
+        self.marker_id = NO_ID
+        self.margin = 0
+
+    def _rule(self, distance, scale):
+        """Counts a rule: `distance` from the limit, `scale` = a distance without any doubt. False below 0."""
+        if distance < 0:
+            return False
+        self.margin = min(self.margin, distance * 255 // scale)
+        return True
+
+    def rings(self, rings, share, whole):
+        """Whether the rings are a marker's, with limits of share / whole; begins a new candidate."""
+        ratio_off = abs(rings.ratio_q10 - self._inner_q10)
+        deviation = rings.deviation_q10 * 250 // rings.radius_q8
+        good_least = _GOOD_LEAST if rings.blur.still else _GOOD_LEAST_MOVING
+        match_least = _MATCH_LEAST
+        if rings.amplitude < _FAINT:
+            good_least = _GOOD_LEAST_FAINT
+            match_least = _MATCH_LEAST_FAINT
+        self.marker_id = NO_ID
+        self.margin = 255
+        return (
+            self._rule(rings.match - match_least * share // whole, 200)
+            and self._rule(rings.good - good_least * share // whole, 8)
+            and self._rule(_RATIO_MOST * whole // share - ratio_off, 16)
+            and self._rule(_DEVIATION_MOST * whole // share - deviation, 28)
+        )
+
+    def lines(self, lines, rival, radius_q8):
+        """The verdict on the lines, with a rival of that many percent of the orientation line."""
+        small = radius_q8 < _SMALL_Q8
+        if not (
+            self._rule(lines.depth - _DEPTH_LEAST, 70)
+            and self._rule(_DEPTH_MOST - lines.depth, 100)
+            and self._rule(min(lines.near, lines.far) - _HALF_LEAST, 80)
+            and self._rule(_LINE_RESIDUAL_MOST + lines.noise - lines.residual, 120)
+            and self._rule(_BEYOND_MOST - lines.beyond, 80)
+        ):
+            return verdicts.NO_ORIENTATION
+        if not self._rule(_RIVAL_MOST - rival, 40):
+            return verdicts.TWO_ORIENTATIONS
+        if not self._rule(_COMMON_MOST - abs(lines.common), 80):
+            return verdicts.NOT_EMPTY
+        # depths are told in units of the rings', which blur makes the least certain; the line's own is known
+        unit = max(256, lines.depth)
+        if not self._guards(lines, unit, small):
+            return verdicts.NOT_EMPTY
+        one_least = _ONE_LEAST_SMALL if small else max(_ONE_LEAST, unit * _ONE_SHARE >> 4)
+        return self._code(lines, unit, one_least)
+
+    def _guards(self, lines, unit, small):
+        """Whether the five positions that carry no bit are empty; of a small marker one may be dirty."""
+        most = _EMPTY_MOST * unit >> 8
+        dirty_most = (_DIRTY_MOST if small else _EMPTY_MOST) * unit >> 8
+        for position in range(POSITIONS):
+            if position not in BITS:
+                amount = lines.amounts[position]
+                limit = most
+                if amount > most:
+                    limit = dirty_most
+                    dirty_most = most
+                if not (self._rule(limit - amount, 60) and self._rule(amount - _EMPTY_LEAST, 80)):
+                    return False
+        return True
+
+    def _code(self, lines, unit, one_least):
+        """The verdict on the three bits."""
+        marker_id = 0
+        certain = True
+        zero_most = _ZERO_MOST * unit >> 8
+        one_most = _ONE_MOST * unit >> 8
+        residual_most = _RESIDUAL_MOST + lines.noise * _OF_NOISE
+        for position in BITS:
+            amount = lines.amounts[position]
+            marker_id <<= 1
+            if amount >= one_least:
+                marker_id |= 1
+                certain = certain and self._rule(one_most - amount, 100)
+                certain = certain and self._rule(amount - one_least, 80)
+            else:
+                certain = certain and self._rule(zero_most - amount, 60)
+                certain = certain and self._rule(amount - _EMPTY_LEAST, 80)
+            certain = certain and self._rule(residual_most - lines.residuals[position], 200)
+        certain = certain and self.margin >= self._margin_min
+        if certain and self._allowed[marker_id]:
+            self.marker_id = marker_id
+            return verdicts.ACCEPTED
+        if certain and marker_id == 0:
+            return verdicts.NO_CODE
+        return verdicts.ID_UNCERTAIN

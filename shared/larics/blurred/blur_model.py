@@ -1,0 +1,194 @@
+"""The blur-model reader's model of blur: a gaussian and a straight motion, found from the rings.
+
+The gaussian stands for optics and pixels, the motion for that during the exposure.
+A blurred line's profile is the line's width, the motion's component across it and the gaussian folded with
+each other: the second difference of the gaussian integrated twice, which is one small table. A line at angle
+phi is blurred across exactly as the rings are at phi + 90 degrees, so what fits the rings is what a line must
+look like.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith import tables
+from larics.arith.fixed import COSINE, table16
+from larics.kernels import blur as kernels
+
+RELS = const(17)  # angles from the motion, 1/32 of half a turn
+BAR = const(24)  # items of a bar
+ALONG = const(17)  # the bar that holds a line's profile along itself
+
+_RAMP = table16(tables.RAMP_Q12)
+_RING_BAR = const(13)  # items that the rings alone need
+_UNITS = const(24)  # of length in the outer radius
+_SECTORS = const(16)
+_FLOOR = const(512)  # of a sector's match, 1/1024: what is covered must not count more
+_MOTION_COST = const(96)  # a motion must explain more than that, 1/1024
+_STILL_SCORE = const(15600)  # with so good a match nothing moves
+# smallest score of what may be rings: before any motion is tried, the first time, and again; 8192 is nothing
+_LEAST_STILL = const(8500)
+_LEAST_FIRST = const(9100)
+_LEAST_AGAIN = const(10000)
+_ANY = const(34)  # one of the directions 2, 6, 10, ...
+_FARTHEST_MOTION = const(96)  # motion^2 / sigma^2, where sigma fits the rings without any motion
+
+# what is tried, 1/256 unit
+SIGMAS = (
+    128, 143, 160, 179, 200, 224, 250, 279, 312, 349, 391, 437, 488, 546, 610, 682, 763, 853, 953, 1066,
+    1191, 1332,
+)  # fmt: skip
+MOTIONS = (0, 768, 1024, 1280, 1536, 1792, 2176, 2560, 3072)
+
+
+class BlurModel:
+    """The blur of one candidate.
+
+    sigma, motion   entries of SIGMAS and MOTIONS; still: whether there is no motion
+    direction       of the motion, 1/32 of half a turn, clockwise from x
+    bars            array('H'): profile of a line for each rel, then the one along a line
+    templates, sums   of both rings for each rel, as kernels.blur.ring_template writes them
+    score           how well they match: sum over 16 sectors of at most 1024 each
+    """
+
+    def __init__(self, family, line_mm10):
+        outer = family.outer_mm10
+        self._line = line_mm10 * _UNITS * 256 // outer
+        self.bars = array("H", bytes(2 * BAR * (RELS + 1)))
+        self.templates = array("H", bytes(2 * 48 * RELS))
+        self.sums = array("i", bytes(4 * 8 * RELS))
+        self._folds = array("H", bytes(2 * 10 * _SECTORS))
+        self._powers = array("i", bytes(4 * _SECTORS))
+        self._matches = array("H", bytes(2 * _SECTORS * RELS))
+        self._result = array("i", bytes(4))
+        self._tried = -1  # whose folded templates are there
+        self.sigma = self.motion = self.direction = self.score = 0
+        self.still = 1
+
+    def memory(self):
+        """Bytes of the buffers."""
+        words = len(self.bars) + len(self.templates) + len(self._folds) + len(self._matches)
+        return 2 * words + 4 * (len(self.sums) + len(self._powers) + 1)
+
+    def prepare(self, sigma, motion, first, step, templates=True):
+        """Bars, and templates, of the rels first, first + step, ...; of rel 0 alone when nothing moves."""
+        end = RELS
+        if not motion:
+            first = 0
+            end = 1
+        kernels.blurred_bars(
+            _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, end, BAR,
+            first * BAR, self.bars,
+        )  # fmt: skip
+        if templates:
+            kernels.ring_templates(self.bars, 0, 0, first, step, end, self.templates, self.sums)
+        self._tried = -1
+
+    def search(self, means, again):
+        """Finds the blur that explains 32 sectors' samples best: `means` as from kernels.polar.mean_samples.
+
+        again: begin with what was found before. Leaves the templates of all 32 sectors' rels prepared, unless
+        nothing explains them: then it returns False."""
+        kernels.fold_sectors(means, 0, 0, _SECTORS, self._folds, self._powers)
+        self.score = 0
+        if again:
+            self._try(self.sigma, self.motion, self.direction)
+        else:
+            for sigma in range(0, len(SIGMAS), 4):
+                if not self._try(sigma, 0, 0) and self.score > _FLOOR * _SECTORS:
+                    break
+            if self.score < _LEAST_STILL:
+                self.still = 1
+                return False
+            if self.score < _STILL_SCORE:
+                farthest = _FARTHEST_MOTION * SIGMAS[self.sigma] * SIGMAS[self.sigma]
+                for motion in range(1, len(MOTIONS), 2):
+                    if MOTIONS[motion] * MOTIONS[motion] > farthest:
+                        break
+                    self._try(4, motion, _ANY)
+            self._try_motions()
+        self._try_both(2, 0, 0)
+        self._try_both(1, 0, 0)
+        self._try_motions()
+        self.still = 0 if self.motion else 1
+        if self.score < (_LEAST_AGAIN if again else _LEAST_FIRST):
+            return False
+        self.prepare(self.sigma, self.motion, 1, 2)
+        return True
+
+    def _try_motions(self):
+        """Tries shorter, longer and otherwise directed motions, if there is one."""
+        if self.motion:
+            self._try_both(0, 1, 0)
+            self._try_both(0, 0, 2)
+
+    def _try_both(self, sigma, motion, direction):
+        """Tries what differs by these steps from the best so far, to one side and else to the other."""
+        if not self._try(self.sigma - sigma, self.motion - motion, self.direction - direction & 31):
+            self._try(self.sigma + sigma, self.motion + motion, self.direction + direction & 31)
+
+    def _try(self, sigma, motion, direction):
+        """Tries a blur, in one even direction or in _ANY, and keeps it when it is better; whether it is."""
+        if sigma < 0 or sigma >= len(SIGMAS) or motion < 0 or motion >= len(MOTIONS):
+            return False
+        templates = self.templates
+        sums = self.sums
+        first = 0
+        end = 1
+        if motion:
+            first = 2 - direction & 3
+            end = RELS
+        tried = (sigma << 4 | motion) << 2 | first
+        if tried != self._tried:
+            self._tried = tried
+            kernels.blurred_bars(
+                _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, 4, end, _RING_BAR,
+                first * BAR, self.bars,
+            )  # fmt: skip
+            kernels.fold_templates(self.bars, 0, 0, first, 4, end, templates, sums)
+        if direction == _ANY:
+            kernels.match_sectors(
+                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 0, 4, RELS, self._matches
+            )  # fmt: skip
+            score = kernels.best_direction(self._matches, 0, 0, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result)
+            direction = self._result[0]
+        else:
+            score = kernels.match_direction(
+                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 4, 2, direction,
+                0 if motion else 1, _FLOOR,
+            )  # fmt: skip
+        if motion:
+            score -= _MOTION_COST
+        if score <= self.score:
+            return False
+        self.score = score
+        self.sigma = sigma
+        self.motion = motion
+        self.direction = direction
+        return True
+
+    def rel(self, angle_turn16):
+        """The rel of a direction."""
+        if self.still:
+            return 0
+        rel = ((angle_turn16 >> 7) - (self.direction << 3) + 4) >> 3 & 31
+        return 32 - rel if rel > 16 else rel
+
+    def across(self, rel):
+        """The entry of the bar across a line in a direction of this rel."""
+        return 0 if self.still else (16 - rel) * BAR
+
+    def reach(self):
+        """How far from its middle a line is dark at most, 1/256 unit."""
+        return min(5887, ((self._line + MOTIONS[self.motion]) >> 1) + 3 * SIGMAS[self.sigma])
+
+    def put_along(self, length, rel):
+        """Writes the bar along a line of that length (1/256 unit) at ALONG and returns its entry."""
+        kernels.blurred_bars(
+            _RAMP, 0, 0, length, MOTIONS[self.motion], SIGMAS[self.sigma], COSINE, rel, RELS, rel + 1, BAR,
+            ALONG * BAR, self.bars,
+        )  # fmt: skip
+        return ALONG * BAR

@@ -1,0 +1,178 @@
+"""The blur-model reader: a candidate that the direct reader rejects, compared with a blurred marker's model.
+
+    candidates -> blur -> rings -> lines -> verdict
+
+for one candidate a frame. It takes blur, defocus, tiny rings, tilt and faintness, not damage: what a sharp
+picture shows to be hidden stays hidden.
+
+On a Cortex-M7 it takes 5 to 6 million instructions of a marker, up to 11 where other candidates come
+first, and 2 to 9 where there is no marker. Finding candidates among blurred lines takes one million more,
+2 to 4 when the range of radii begins below 10 px or is widened for tilt, and 7 to 13 from 10 to 66 px.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, sin_q14
+from larics.blurred import candidates as items
+from larics.blurred.acceptance import Acceptance
+from larics.blurred.blur_model import BlurModel
+from larics.blurred.candidates import Candidates
+from larics.blurred.line_fit import BlurredLines
+from larics.blurred.ring_fit import BlurredRings
+from larics.marker import verdicts
+
+_TURNS = const(3)
+_TURNS_AGAIN = const(2)  # with the lines taken out
+_TRIES = const(2)  # the candidate that looks most like rings, and another when it is no marker at all
+_FITS = const(4)  # of both together
+_DEPTH_FIRST = const(130)
+_SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
+_SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
+_SHARP_NOISE = const(64)  # or the noise as strong as that
+_HIDDEN = (verdicts.ID_UNCERTAIN, verdicts.TWO_ORIENTATIONS, verdicts.NOT_EMPTY)
+
+
+class BlurModelReader:
+    """Judges one candidate a frame: `candidates` gets those that the direct reader rejects, then `examine`.
+
+    x_q8, y_q8, heading_cdeg   of the one accepted, as in detection.Detection; the ID is its `acceptance`'s
+    blur, rings, lines         what was measured
+    """
+
+    def __init__(self, width, height, family, line_mm10, allowed, margin_min):
+        self.candidates = Candidates()
+        self.blur = BlurModel(family, line_mm10)
+        self.rings = BlurredRings(width, height, self.blur)
+        self.lines = BlurredLines(family, self.blur)
+        self.acceptance = Acceptance(family, allowed, margin_min)
+        self._fits_left = 0
+        self._settled = False  # the rings have been fitted without the lines
+        self._hidden = False  # a sharp picture may show that something hides a bit
+        self.x_q8 = self.y_q8 = self.heading_cdeg = 0
+
+    @staticmethod
+    def knows(family):
+        """Whether there is a model of a family: those whose rings' radii are 2 to 3."""
+        return abs(3 * family.inner_mm10 - 2 * family.outer_mm10) * 100 <= family.outer_mm10
+
+    def memory(self):
+        """Bytes of the buffers."""
+        return self.blur.memory() + self.rings.memory() + self.lines.memory() + self.candidates.memory()
+
+    def examine(self, frame):
+        """The verdict on the candidate whose rings look most like rings.
+
+        ACCEPTED, ID_UNCERTAIN or what speaks against it; NO_RADIUS without a candidate."""
+        candidates = self.candidates
+        verdict = verdicts.NO_RADIUS
+        self._fits_left = _FITS
+        for _ in range(_TRIES):
+            slot = candidates.best(frame, self.rings)
+            if slot < 0:
+                break
+            self._settled = False
+            verdict = self._examine_candidate(frame, slot)
+            if self._settled or verdict == verdicts.NOT_EMPTY:
+                break
+        return verdict
+
+    def _examine_candidate(self, frame, slot):
+        rings = self.rings
+        candidate = self.candidates.items
+        x_q10 = candidate[slot + items.X_Q10]
+        y_q10 = candidate[slot + items.Y_Q10]
+        radius_q8 = candidate[slot + items.RADIUS_Q8]
+        e1 = candidate[slot + items.E1]
+        e2 = candidate[slot + items.E2]
+        if not (
+            self._fit_rings(frame, x_q10, y_q10, radius_q8, e1, e2)
+            # motion looks like a smaller ellipse at first
+            or self._fit_rings(frame, x_q10, y_q10, radius_q8 * 26 // 25, 0, 0)
+            or self._fit_again(frame, slot)
+        ):
+            return verdicts.NO_FIT
+        radius_q8 = rings.radius_q8
+        if (
+            radius_q8 * 8 < candidate[slot + items.RADIUS_MIN_Q8] * 7
+            or radius_q8 * 8 > candidate[slot + items.RADIUS_MAX_Q8] * 9
+        ):
+            return verdicts.OUT_OF_RANGE
+        self._hidden = candidate[slot + items.VERDICT] in _HIDDEN and self._sharp()
+        self.lines.prepare()
+        if not self.blur.still:
+            # what motion blurs differently in each direction says less about the light
+            rings.measure_light(0)
+            verdict = self._examine_lines(frame)
+            if verdict == verdicts.ACCEPTED or verdict == verdicts.NO_FIT:
+                return verdict
+            rings.measure_light(1)
+        return self._examine_lines(frame)
+
+    def _fit_again(self, frame, slot):
+        """Fits the rings from where the last fit of motion led to; when still, after another coarse look."""
+        rings = self.rings
+        if self.blur.still:
+            candidate = self.candidates.items
+            if not rings.coarse(
+                frame, candidate[slot + items.X_Q10] >> 2, candidate[slot + items.Y_Q10] >> 2,
+                candidate[slot + items.RADIUS_MIN_Q8], candidate[slot + items.RADIUS_MAX_Q8],
+            ):  # fmt: skip
+                return False
+            return self._fit_rings(frame, rings.x_q10, rings.y_q10, rings.radius_q8, rings.e1, rings.e2)
+        return self._fit_rings(frame, rings.x_q10, rings.y_q10, rings.radius_q8, 0, 0)
+
+    def _examine_lines(self, frame):
+        """Reads the lines and judges, after the rings have been fitted once more without them."""
+        rings = self.rings
+        lines = self.lines
+        acceptance = self.acceptance
+        if not lines.find_orientation(frame, rings) or lines.depth < _DEPTH_FIRST:
+            return verdicts.NO_ORIENTATION
+        if self._hidden and lines.noise <= _SHARP_NOISE:
+            return verdicts.NOT_EMPTY
+        rival = lines.rival * 100 // lines.depth
+        if not self._settled:
+            if not lines.refine_orientation(frame, rings, 1) or not lines.read_code(frame, rings):
+                return verdicts.NO_ORIENTATION
+            if not rings.fit(frame, _TURNS_AGAIN, lines):
+                return verdicts.NO_FIT
+        if not acceptance.rings(rings, 1, 1):
+            return verdicts.POOR_RINGS
+        self._settled = True
+        if not lines.refine_orientation(frame, rings, 2):
+            return verdicts.NO_ORIENTATION
+        lines.measure_orientation(rings)
+        if self._sharp():
+            lines.measure_beyond(frame, rings)
+        if not lines.read_code(frame, rings):
+            return verdicts.NO_ORIENTATION
+        verdict = acceptance.lines(lines, rival, rings.radius_q8)
+        if verdict == verdicts.ACCEPTED:
+            self._tell()
+        return verdict
+
+    def _fit_rings(self, frame, x_q10, y_q10, radius_q8, e1, e2):
+        """Fits the rings from this pose, if a fit is left; returns whether they may be a marker's."""
+        if not self._fits_left:
+            return False
+        self._fits_left -= 1
+        self.rings.start(x_q10, y_q10, radius_q8, e1, e2)
+        return self.rings.fit(frame, _TURNS, None) and self.acceptance.rings(self.rings, 8, 10)
+
+    def _sharp(self):
+        blur = self.blur
+        return blur.still and blur.sigma <= _SHARP_SIGMA and self.rings.radius_q8 > _SHARP_RADIUS_Q8
+
+    def _tell(self):
+        """Puts down the pose that is reported of an accepted marker."""
+        rings = self.rings
+        cosine = cos_q14(self.lines.angle_turn16)
+        sine = sin_q14(self.lines.angle_turn16)
+        x = cosine + ((rings.e1 * cosine + rings.e2 * sine) >> 14)
+        y = sine + ((rings.e2 * cosine - rings.e1 * sine) >> 14)
+        self.heading_cdeg = cdeg_from_turn16(-atan2_turn16(y, x))
+        self.x_q8 = (rings.x_q10 + 2) >> 2
+        self.y_q8 = (rings.y_q10 + 2) >> 2

@@ -1,0 +1,220 @@
+"""The blur-model reader on the rings: centre, radius, ellipse and perspective by fitting blurred rings."""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith.fixed import COSINE
+from larics.kernels import polar as kernels
+from larics.kernels import sectors as sector_kernels
+
+DIRECTIONS = const(64)
+SAMPLES = const(2048)
+
+_FIRST = const(13)  # units between which the rings are looked at
+_COUNT = const(16)
+_COARSE_SIGMA = const(10)  # entries of blur.SIGMAS
+_COARSE_SIGMA_SMALL = const(12)
+_SMALL_Q8 = const(3000)
+# smallest squared correlation of a sector that counts, 1/1024: coarsely, in the first step, later, as a ring
+_COARSE_MATCH = const(150)
+_FIRST_MATCH = const(300)
+_MATCH = const(450)
+_GOOD_MATCH = const(640)
+_LEAST_SECTORS = const(12)  # of 32 that must agree, and
+_LEAST_COARSE = const(6)  # of 16
+_FLOOR_Q10 = const(96)  # a sector this close to the fit is never an outlier
+_SHAPE_Q14 = const(3500)  # strongest ellipse and perspective
+_APART_Q10 = const(10000)  # the rings' centres differ by less, or they are not one marker's
+_NOISE = const(150)  # variance of that difference, in 128ths of the deviations' squares
+_ZERO = const(1048576)  # bias of what the kernels return
+_WIDE = const(4)  # sectors to each side whose light is taken together
+
+
+class BlurredRings:
+    """The pose of one candidate.
+
+    x_q10, y_q10          projected centre, 1/1024 px; radius_q8: outer ring, 1/256 px
+    e1, e2, hx, hy        ellipse and perspective, as kernels.polar.polar_samples takes them
+    ratio_q10             of the rings' radii
+    deviation_q10         mean distance of the sectors from the fit, both rings, 1/1024 px
+    used_outer, used_inner   sectors that count, of 32
+    good                  sectors that look like rings; amplitude, background: their medians, 1/16 grey level
+    match                 median of the squared correlations, 1/1024
+    levels                the same in each of 32 sectors
+    samples               array('H'), scratch space of whoever samples
+    """
+
+    def __init__(self, width, height, blur):
+        self.width = width
+        self.height = height
+        self.blur = blur
+        self.samples = array("H", bytes(2 * SAMPLES))
+        self.levels = array("H", bytes(128))
+        self._means = array("H", bytes(2 * 544))
+        self._sectors = array("H", bytes(192))
+        self._outer = array("i", bytes(128))
+        self._inner = array("i", bytes(128))
+        self._result = array("i", bytes(32))
+        self.x_q10 = self.y_q10 = self.radius_q8 = self.e1 = self.e2 = self.hx = self.hy = 0
+        self.ratio_q10 = self.deviation_q10 = self.used_outer = self.used_inner = 0
+        self._local = 1
+        self.good = self.amplitude = self.background = self.match = 0
+
+    def memory(self):
+        """Bytes of the buffers."""
+        return 2 * (SAMPLES + 64 + 544 + 96) + 128 + 128 + 32
+
+    def sample(self, frame, first, count, directions, step, start, cosine, sine):
+        """Samples the units first .. first + count - 1; False when some lie outside the frame."""
+        return kernels.polar_samples(
+            frame, 0, 0, 0, self.width, self.height, (self.x_q10 + 2) >> 2, (self.y_q10 + 2) >> 2, COSINE,
+            directions, step, start, cosine, sine, self.radius_q8, self.e1, self.e2, self.hx, self.hy, first,
+            count, self.samples,
+        )  # fmt: skip
+
+    def coarse(self, frame, x_q8, y_q8, radius_min_q8, radius_max_q8):
+        """A first pose near a centre, from the radii at which 16 directions show two rings.
+
+        Returns how well they agree (at most 16384), 0 when they do not lie on one ellipse."""
+        blur = self.blur
+        low_q8 = radius_min_q8 * 13 >> 4
+        room_q8 = min(min(x_q8, (self.width << 8) - x_q8), min(y_q8, (self.height << 8) - y_q8))
+        high_q8 = min(radius_max_q8 * 19 >> 4, (room_q8 - 768) * 24 // 29)
+        if high_q8 <= low_q8:
+            return 0
+        result = self._result
+        self.x_q10 = x_q8 << 2
+        self.y_q10 = y_q8 << 2
+        self.e1 = self.e2 = self.hx = self.hy = 0
+        self.radius_q8 = (low_q8 + high_q8) >> 1
+        blur.prepare(_COARSE_SIGMA_SMALL if radius_min_q8 < _SMALL_Q8 else _COARSE_SIGMA, 0, 0, 1)
+        pitch = max(24, low_q8 // 20)
+        first = low_q8 * 13 // 24 // pitch
+        count = high_q8 * 29 // 24 // pitch - first + 2
+        kernels.circle_samples(
+            frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, first * pitch, pitch, count, self.samples
+        )
+        score = kernels.sector_radii(
+            self._means, 0, 0, self.samples, count, first * pitch, pitch, low_q8, high_q8, self.radius_q8,
+            blur.templates, blur.sums[0], _COARSE_MATCH, self._outer,
+        )  # fmt: skip
+        used = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 8, self.radius_q8 // 6, result)
+        self.x_q10 += result[1] - _ZERO
+        self.y_q10 += result[2] - _ZERO
+        self.radius_q8 += (result[0] - _ZERO) >> 2
+        radius_q8 = self.radius_q8
+        if used < _LEAST_COARSE or not low_q8 <= radius_q8 <= high_q8:
+            return 0
+        self.e1 = ((result[3] - _ZERO) << 12) // radius_q8
+        self.e2 = ((result[4] - _ZERO) << 12) // radius_q8
+        if max(abs(self.e1), abs(self.e2)) > _SHAPE_Q14:
+            return 0
+        return score
+
+    def start(self, x_q10, y_q10, radius_q8, e1, e2):
+        """Begins a fit with this pose."""
+        self.x_q10 = x_q10
+        self.y_q10 = y_q10
+        self.radius_q8 = radius_q8
+        self.e1 = e1
+        self.e2 = e2
+        self.hx = self.hy = 0
+        self._local = 1
+
+    def fit(self, frame, turns, lines):
+        """Gauss-Newton steps from the present pose; `lines`, once they are known, are taken out.
+
+        Without lines the blur is searched for, too. False when the rings do not hold."""
+        for turn in range(turns):
+            # at first one direction in each of 32 sectors will do
+            first = lines is None and turn == 0
+            directions = 32 if first else DIRECTIONS
+            step = 256 // directions
+            if not self.sample(frame, _FIRST, _COUNT, directions, step, step >> 1, 16384, 0):
+                return False
+            if lines is not None:
+                lines.erase(self, directions, _FIRST, _COUNT)
+            kernels.mean_samples(self.samples, 0, 0, 0 if first else _COUNT, 32, _COUNT, self._means)
+            if lines is None and turn < 2 and not self.blur.search(self._means, turn):
+                return False
+            limit = 3072 if first else 2048 if lines is None and turn == 1 else 1536
+            if not self._step(limit, _FIRST_MATCH if first else _MATCH, not first):
+                return False
+        self._measure_sectors()
+        self.measure_light(self._local)
+        return True
+
+    def _step(self, limit, least_match, perspective):
+        """One step; with `perspective` the distance of the rings' centres counts, as far as it is sure."""
+        blur = self.blur
+        result = self._result
+        radius_q8 = self.radius_q8
+        good = sector_kernels.ring_shifts(
+            self._means, 0, 0, blur.templates, blur.sums, blur.direction, blur.still, radius_q8, limit,
+            least_match, self._outer, self._inner, self._sectors,
+        )  # fmt: skip
+        if good < 16:
+            return False
+        self.used_outer = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 5, _FLOOR_Q10, result)
+        outer_r = result[0] - _ZERO
+        outer_x = result[1] - _ZERO
+        outer_y = result[2] - _ZERO
+        outer_cos = result[3] - _ZERO
+        outer_sin = result[4] - _ZERO
+        outer_deviation = result[5]
+        self.used_inner = sector_kernels.shift_harmonics(self._inner, 0, 0, COSINE, 5, _FLOOR_Q10, result)
+        if self.used_outer < _LEAST_SECTORS or self.used_inner < _LEAST_SECTORS:
+            return False
+        inner_r = result[0] - _ZERO
+        inner_x = result[1] - _ZERO
+        inner_y = result[2] - _ZERO
+        self.deviation_q10 = outer_deviation + result[5]
+        # the middle of the rings' centres lies beyond the projected one by 13/18 of what a radius is bent
+        bent_x = self.hx * radius_q8 >> 12
+        bent_y = self.hy * radius_q8 >> 12
+        middle_x = self.x_q10 + bent_x * 13 // 18 + ((outer_x + inner_x) >> 1)
+        middle_y = self.y_q10 + bent_y * 13 // 18 + ((outer_y + inner_y) >> 1)
+        if perspective:
+            apart_x = bent_x * 5 // 9 + outer_x - inner_x
+            apart_y = bent_y * 5 // 9 + outer_y - inner_y
+            if max(abs(apart_x), abs(apart_y)) > _APART_Q10:
+                return False
+            weight = self._perspective_weight(apart_x, apart_y, outer_deviation, result[5])
+            bent_x = apart_x * weight * 9 // 1280
+            bent_y = apart_y * weight * 9 // 1280
+        self.x_q10 = middle_x - bent_x * 13 // 18
+        self.y_q10 = middle_y - bent_y * 13 // 18
+        self.hx = (bent_x << 12) // radius_q8
+        self.hy = (bent_y << 12) // radius_q8
+        self.e1 += ((outer_cos + (result[3] - _ZERO) * 3 // 2) << 11) // radius_q8
+        self.e2 += ((outer_sin + (result[4] - _ZERO) * 3 // 2) << 11) // radius_q8
+        self.ratio_q10 = ((radius_q8 * 8 // 3 + inner_r) << 10) // max(1, (radius_q8 << 2) + outer_r)
+        self.radius_q8 += ((outer_r * 3 + inner_r * 2) // 5 + 2) >> 2
+        shape = max(max(abs(self.hx), abs(self.hy)), max(abs(self.e1), abs(self.e2)))
+        return shape <= _SHAPE_Q14 and 1024 <= self.radius_q8 <= 24000
+
+    def _perspective_weight(self, x_q10, y_q10, outer, inner):
+        """How much of the distance of the rings' centres is believed, 0..256, given their deviations."""
+        noise2 = ((outer * outer >> 7) + (inner * inner >> 7)) * _NOISE + 4
+        prior = self.radius_q8 // 30 + 1
+        signal2 = max(x_q10 * x_q10 + y_q10 * y_q10 - noise2, prior * prior)
+        return min(256, signal2 // (((signal2 + noise2) >> 8) + 1))
+
+    def _measure_sectors(self):
+        """Medians of the sectors in the last step."""
+        sectors = self._sectors
+        scratch = self._means
+        self.amplitude = sector_kernels.median(sectors, 0, 0, 0, 32, scratch)
+        self.background = sector_kernels.median(sectors, 0, 0, 32, 32, scratch)
+        self.match = sector_kernels.median(sectors, 0, 0, 64, 32, scratch)
+
+    def measure_light(self, local):
+        """Levels from each sector's neighbours, or if not `local` the medians of all."""
+        self._local = local
+        self.good = sector_kernels.sector_levels(
+            self._sectors, 0, 0, self.amplitude, self.background, _GOOD_MATCH, _WIDE, local, self.levels
+        )

@@ -1,0 +1,1 @@
+"""The detector: edges, votes for centres, scales, tracker, statistics; the published method."""

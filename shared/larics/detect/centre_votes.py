@@ -1,0 +1,177 @@
+"""Step 2: candidate centres, by direction-mask voting of the edges.
+
+Like the Hough transform of the paper's equations 1 to 3, but each cell remembers which directions voted,
+not how many edges did, and only the two radii of the rings are voted for.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith import tables
+from larics.detect.edges import DIRECTIONS, offset_px
+from larics.kernels import votes as kernels
+
+_CHUNK = const(512)  # cells that are cleared at once
+LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands of frames had 15
+_LEAST_SCORE = const(180)  # the weakest true centre had 194, half of all others have less
+CENTRES = const(6)
+WINDOWS = const(96)
+_SMALL_Q8 = const(3072)  # rings below this show fewer directions,
+_FEWER = const(4)  # by so many
+_MASK_BITS = const(12)
+
+
+def direction_bits():
+    """The bits of the four vote runs of each direction, as `cast_votes` takes them."""
+    bits = array("i", bytes(DIRECTIONS * 16))
+    for direction in range(DIRECTIONS):
+        for run in range(4):
+            seen_from = direction + 1 + (DIRECTIONS // 2 if run & 1 else 0)
+            bit = seen_from * _MASK_BITS // DIRECTIONS % _MASK_BITS
+            bits[direction * 4 + run] = 1 << (bit + (_MASK_BITS if run > 1 else 0))
+    return bits
+
+
+class _Slicer:
+    def __getitem__(self, key):
+        return key
+
+
+_WHOLE = _Slicer()[:]  # a slice made once: MicroPython allocates each slice that is written out
+
+
+class CellGrid:
+    """The size of the vote grid of one scale: cells of `step` px with a padding that takes every vote."""
+
+    def __init__(self, width, height, step, radius_max_q8):
+        padding = (radius_max_q8 >> 8) // step + 4
+        self.padding = padding + (padding & 1)
+        self.row = (width // step + 1 + 2 * self.padding + 1) & ~1
+        self.rows = (height // step + 1 + 2 * self.padding + 1) & ~1
+        self.blocks = self.row * self.rows // 4 + 2
+        self.cells = (self.row * self.rows // _CHUNK + 1) * _CHUNK
+
+
+class VoteBuffers:
+    """What the scales share: the largest grid's cells, and the lists of windows and centres.
+
+    centres   array('i') of (score, x, y), x and y in 1/256 px plus 32768
+    """
+
+    def __init__(self, grids):
+        self.cells = array("i", bytes(4 * max([grid.cells for grid in grids])))
+        self.blocks = array("i", bytes(4 * max([grid.blocks for grid in grids])))
+        self.windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
+        self.centres = array("i", bytes(4 * (3 * CENTRES + 3)))
+        self.bits = direction_bits()
+        self._zeros = array("i", bytes(4 * _CHUNK))
+        view = memoryview(self.cells)
+        self._chunks = [view[first : first + _CHUNK] for first in range(0, len(self.cells), _CHUNK)]
+
+    def clear(self, first, end):
+        """Sets at least the cells first .. end - 1 to 0."""
+        for chunk in range(first // _CHUNK, (end + _CHUNK - 1) // _CHUNK):
+            self._chunks[chunk][_WHOLE] = self._zeros
+
+    def memory(self):
+        """Bytes of the buffers."""
+        items = len(self.cells) + len(self.blocks) + len(self.centres) + len(self.bits) + len(self._zeros)
+        return 4 * items + 2 * len(self.windows)
+
+
+class CentreVotes:
+    """Finds candidate centres for one scale of marker.
+
+    grid                          CellGrid
+    radius_min_q8, radius_max_q8  outer radius, 1/256 px
+    inner_q10                     ratio of the rings * 1024
+    half_line_q8                  half the line's width, 1/256 px
+    step                          px between cells, also between the edges' grid points
+    least_score                   centres below that are not worth examining
+    buffers                       VoteBuffers; its `centres` receive the result
+    """
+
+    def __init__(self, grid, radius_min_q8, radius_max_q8, inner_q10, half_line_q8, step, buffers):
+        self.grid = grid
+        self.step = step
+        self.votes = 0
+        self._buffers = buffers
+        small = radius_max_q8 < _SMALL_Q8
+        self._least = LEAST_DIRECTIONS - (_FEWER if small else 0)
+        self.least_score = 0 if small else _LEAST_SCORE
+        runs = []
+        longest = [0, 0]
+        for direction in range(DIRECTIONS):
+            for ring, ratio_q10 in enumerate((1024, inner_q10)):
+                first_q8 = radius_min_q8 * ratio_q10 >> 10
+                last_q8 = radius_max_q8 * ratio_q10 >> 10
+                for side in (-1, 1):
+                    run = self._run(direction, first_q8, last_q8, side, half_line_q8)
+                    runs.append(run)
+                    longest[ring] = max(longest[ring], len(run) + (len(run) & 1))
+        self._outer_entries, self._inner_entries = longest
+        self._offsets = array("H", bytes(DIRECTIONS * (self._outer_entries + self._inner_entries) * 4))
+        slot = 0
+        for index, run in enumerate(runs):
+            for entry in range(longest[index >> 1 & 1]):
+                self._offsets[slot] = run[min(entry, len(run) - 1)]
+                slot += 1
+
+    def memory(self):
+        """Bytes of the tables."""
+        return 2 * len(self._offsets)
+
+    def _run(self, direction, first_q8, last_q8, side, half_line_q8):
+        """Cell offsets of the centres that an edge may belong to, for one ring and polarity."""
+        grid = self.grid
+        count = max(2, (last_q8 - first_q8) // (self.step * 128) + 1)
+        run = []
+        for index in range(count):
+            radius_q8 = first_q8 + (last_q8 - first_q8) * index // (count - 1)
+            dx, dy = offset_px((side * radius_q8 - half_line_q8) // self.step, direction)
+            offset = (dy + grid.padding) * grid.row + dx + grid.padding
+            if offset not in run:
+                run.append(offset)
+        return run
+
+    def find(self, edges, count, width, left, right, top, bottom):
+        """Votes with `count` edges and ranks the centres inside the rectangle (px); returns their number."""
+        grid = self.grid
+        buffers = self._buffers
+        cells = buffers.cells
+        step = self.step
+        half_padding = grid.padding // 2
+        block_left = half_padding + left // step // 2 - 1
+        block_right = half_padding + right // step // 2 + 1
+        block_top = half_padding + top // step // 2 - 1
+        block_bottom = half_padding + bottom // step // 2 + 1
+        buffers.clear((block_top * 2 - 2) * grid.row, (block_bottom * 2 + 4) * grid.row)
+        self.votes = kernels.cast_votes(
+            cells, 0, 0, self._offsets, 0, edges, count, width, step, grid.row, self._outer_entries,
+            self._inner_entries, buffers.bits,
+        )  # fmt: skip
+        block_row = grid.row // 2
+        kernels.join_cells(
+            cells, 0, 0, buffers.blocks, grid.row, block_row, block_left, block_right, block_top, block_bottom
+        )
+        windows = kernels.find_windows(
+            buffers.blocks, 0, 0, block_row, block_left, block_right, block_top, block_bottom,
+            tables.BIT_COUNT, self._least, buffers.windows, WINDOWS,
+        )  # fmt: skip
+        return kernels.rank_centres(
+            cells,
+            0,
+            0,
+            grid.row,
+            buffers.windows,
+            windows,
+            tables.BIT_COUNT,
+            buffers.centres,
+            CENTRES,
+            grid.padding,
+            step,
+        )

@@ -1,0 +1,358 @@
+"""The detector: grey frame in, markers out. It owns every buffer and allocates nothing after its first frame.
+
+    edges -> centre votes -> direct reader -> blur-model reader -> Detection
+    the best of those rejected -> model -> Detection
+
+for each scale of marker that the range of radii needs, and for each candidate of a scale.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith.fixed import cdeg_from_turn16, frame_view
+from larics.detect.centre_votes import CellGrid, CentreVotes, VoteBuffers
+from larics.detect.confirmation import Confirmation
+from larics.detect.edges import EdgeFinder
+from larics.detect.scales import RADIUS_LEAST_PX, RADIUS_MOST_PX, cut, grouped, tilted_px
+from larics.detect.statistics import Statistics
+from larics.direct.reader import TINY_Q8, DirectReader
+from larics.marker import LARICS3, verdicts
+from larics.marker.detection import FLAG_BLUR_MODEL, FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, Detection
+
+MARKERS = const(8)  # reported in one frame at most
+
+_TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
+_DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
+_FAMILY_MM10 = const(1500)
+
+
+class Detector:
+    """Finds markers in grey frames of one size.
+
+    width, height    px, 64..1024
+    radius_min_px, radius_max_px   range of the outer ring's radius, 6..72
+    line_mm          width of the lines for an outer radius of 150 mm; None reads 15 to 20 mm
+    family           marker.Family: the geometry
+    allowed_ids      IDs that may be reported; None: all that the family uses
+    allow_id0        also report ID 0, which has no coding line
+    second_opinion   judge the best rejected candidate by a model of blur when no marker has been read; rings
+                     below 9 px and faint ones are left to it altogether, so one of these a frame is reported
+    margin_min       0..255: no marker of a smaller margin is reported. More makes wrong IDs rarer and misses
+                     more of what is covered, dirty or badly lit
+    max_tilt_deg     of the camera, 0..40: widens the range of radii by what tilt shortens
+    confirm          (n, m): an ID seen in fewer than n of the last m frames has FLAG_UNCONFIRMED; None: off
+
+    `counts` tells what the last frame took. ValueError for arguments out of range.
+    """
+
+    def __init__(
+        self, width, height, radius_min_px=25, radius_max_px=35, line_mm=None, family=LARICS3,
+        allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
+        max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN,
+    ):  # fmt: skip
+        if not (64 <= width <= 1024 and 48 <= height <= 1024):
+            raise ValueError("frames are 64x48 to 1024x1024 px, not %dx%d" % (width, height))
+        if not RADIUS_LEAST_PX <= radius_min_px < radius_max_px <= RADIUS_MOST_PX:
+            raise ValueError(
+                "radii are %d to %d px and the first below the second, not %s:%s"
+                % (RADIUS_LEAST_PX, RADIUS_MOST_PX, radius_min_px, radius_max_px)
+            )
+        if not 0 <= max_tilt_deg <= 40:
+            raise ValueError("the tilt is 0 to 40 degrees, not %s" % max_tilt_deg)
+        if not 0 <= margin_min <= 255:
+            raise ValueError("the margin is 0 to 255, not %s" % margin_min)
+        self.width = width
+        self.height = height
+        self.family = family
+        self.statistics = Statistics()
+        outer = family.outer_mm10
+        inner_q10 = (family.inner_mm10 * 1024 + outer // 2) // outer
+        line_mm10 = (_DEFAULT_LINE_MM10 if line_mm is None else line_mm * 10) * outer // _FAMILY_MM10
+        line_q10 = line_mm10 * 1024 // outer
+        self._plate_q10 = family.plate_mm10 * 1024 // outer
+        self._scales = cut(tilted_px(radius_min_px, max_tilt_deg), radius_max_px)
+        self._groups = grouped(self._scales)
+
+        smallest = min([scale.step for scale in self._scales])
+        edges_capacity = max(400, width * height // (smallest * smallest) // 4)
+        self._edges = array("i", bytes(4 * (edges_capacity + 1)))
+        # for the scales that take every second point of a finer grid
+        shared = len(self._groups) < len(self._scales)
+        self._fewer = array("i", bytes(4 * (edges_capacity // 2 + 1) if shared else 0))
+        self._histogram = array("H", bytes(256))
+        grids = [CellGrid(width, height, scale.step, scale.radius_max_q8) for scale in self._scales]
+        self._votes = VoteBuffers(grids)
+        self._centres = self._votes.centres
+        for scale, grid in zip(self._scales, grids):
+            line_q8 = scale.radius_q8 * line_q10 >> 10
+            scale.edges = EdgeFinder(
+                width, height, line_q8, scale.step, scale.reach,
+                self._edges if any([group[-1] is scale for group in self._groups]) else self._fewer,
+                self._histogram,
+            )  # fmt: skip
+            scale.votes = CentreVotes(
+                grid,
+                scale.radius_min_q8,
+                scale.radius_max_q8,
+                inner_q10,
+                line_q8 // 2,
+                scale.step,
+                self._votes,
+            )
+
+        if allowed_ids is None:
+            allowed_ids = range(8)
+        allowed_ids = [i for i in allowed_ids if i or allow_id0 or family.allow_id0]
+        self.direct = DirectReader(
+            width, height, family, line_mm10, self._scales[-1].radius_max_q8, allowed_ids, margin_min
+        )
+        self.blur_reader = None
+        if second_opinion:
+            from larics.blurred.reader import BlurModelReader  # a board with little memory does without
+
+            if BlurModelReader.knows(family):
+                allowed = self.direct.acceptance.allowed
+                self.blur_reader = BlurModelReader(width, height, family, line_mm10, allowed, margin_min)
+        self._confirmation = Confirmation(*confirm) if confirm else None
+        detections = [Detection() for _ in range(MARKERS)]
+        self._found = [detections[:count] for count in range(MARKERS + 1)]
+        self._all = detections
+        self._count = 0
+        self._seen = False
+        self._x_q8 = self._y_q8 = self._radius_q8 = self._motion_x_q8 = self._motion_y_q8 = 0
+
+    def memory(self):
+        """Bytes of all buffers and tables in RAM, the frame excepted."""
+        total = 4 * (len(self._edges) + len(self._fewer)) + 2 * len(self._histogram) + self._votes.memory()
+        total += self.direct.memory()
+        if self.blur_reader is not None:
+            total += self.blur_reader.memory()
+        for scale in self._scales:
+            total += scale.edges.memory() + scale.votes.memory()
+        return total
+
+    def detect(self, frame):
+        """The markers in a frame: a buffer of width * height bytes, rows from the top.
+
+        Returns a list of Detection, best first, that is reused: copy what must outlive the next frame.
+        ValueError when the frame has another size."""
+        frame = self._begin(frame)
+        self._search(frame)
+        self._ask_again(frame)
+        return self._finish()
+
+    def track(self, frame, x_q8=None, y_q8=None, radius_q8=None):
+        """The marker near a predicted place (1/256 px), fitted at once or searched for in a window only.
+
+        Without a prediction, the first marker of the last frame is expected where its motion between the last
+        two frames takes it. When there is nothing in the window, or nothing to expect, the whole frame is
+        searched. Returns and raises as `detect`; markers found in the window have FLAG_TRACKED."""
+        frame = self._begin(frame)
+        if x_q8 is None and self._seen:
+            x_q8 = self._x_q8 + self._motion_x_q8
+            y_q8 = self._y_q8 + self._motion_y_q8
+            radius_q8 = self._radius_q8
+        if x_q8 is not None:
+            self._search_window(frame, x_q8, y_q8, radius_q8)
+        if not self._count:
+            self._search(frame)
+            self._ask_again(frame)
+        return self._finish()
+
+    def _begin(self, frame):
+        frame = frame_view(frame)
+        if len(frame) != self.width * self.height:
+            raise ValueError(
+                "a frame of %dx%d px has %d bytes, not %d"
+                % (self.width, self.height, self.width * self.height, len(frame))
+            )
+        self._count = 0
+        self.statistics.clear()
+        self.direct.rings.crossings = 0
+        if self.blur_reader is not None:
+            self.blur_reader.candidates.forget()
+        return frame
+
+    def _finish(self):
+        """Remembers what the next frames need and returns the detections."""
+        count = self._count
+        self.statistics.crossings = self.direct.rings.crossings
+        if count:
+            first = self._all[0]
+            if self._seen:
+                self._motion_x_q8 = first.x_q8 - self._x_q8
+                self._motion_y_q8 = first.y_q8 - self._y_q8
+            self._x_q8 = first.x_q8
+            self._y_q8 = first.y_q8
+            self._radius_q8 = first.radius_q8
+        if not count or not self._seen:
+            self._motion_x_q8 = self._motion_y_q8 = 0
+        self._seen = count > 0
+        if self._confirmation is not None:
+            self._confirmation.update(self._all, count)
+        return self._found[count]
+
+    def _search(self, frame):
+        """Searches the whole frame for markers of all scales."""
+        for group in self._groups:
+            finest = group[-1].edges
+            finest.measure_threshold(frame)
+            for scale in group:
+                scale.edges.threshold = finest.threshold
+            if self._tiny(group[0]):
+                continue
+            alternate = finest.list_steep(frame, len(self._fewer) - 1 if len(group) > 1 else 0)
+            self.statistics.steep += finest.steep
+            for scale in group:
+                if not self._tiny(scale):
+                    count = finest.steep if scale.edges is finest else alternate
+                    edges = scale.edges.choose(frame, finest.edges, count)
+                    centres = self._vote(scale, scale.edges.edges, edges)
+                    self._examine_all(frame, scale, edges, centres, 0)
+
+    def _search_blurred(self, frame):
+        """Finds candidates for the blur-model reader: lines that are blurred need not look like lines."""
+        finder = None
+        for scale in self._scales:
+            if finder is None or not finder.finds_alike(scale.edges):
+                finder = scale.edges
+                edges = finder.find_blurred(frame)
+                self.statistics.steep += finder.steep
+            for index in range(0, 3 * self._vote(scale, finder.edges, edges), 3):
+                self.blur_reader.candidates.remember(
+                    self._centres[index + 1] - 32768, self._centres[index + 2] - 32768, scale.radius_min_q8,
+                    scale.radius_max_q8, verdicts.NO_RADIUS, self._centres[index],
+                )  # fmt: skip
+
+    def _vote(self, scale, listed, edges):
+        """Lists the centres that the listed edges of the whole frame vote for; returns their number."""
+        centres = scale.votes.find(listed, edges, self.width, 0, self.width, 0, self.height)
+        self.statistics.edges += edges
+        self.statistics.votes += scale.votes.votes
+        return centres
+
+    def _tiny(self, scale):
+        """Whether rings have too few pixels for the direct reader: the blur-model reader decides alone."""
+        return self.blur_reader is not None and scale.radius_min_q8 < TINY_Q8
+
+    def _search_window(self, frame, x_q8, y_q8, radius_q8):
+        """Searches for a marker of about that radius around a place."""
+        for scale in self._scales:
+            if radius_q8 <= scale.radius_max_q8:
+                break
+        slack = max(_TRACK_SLACK_PX, radius_q8 >> 9)
+        left = max(0, (x_q8 >> 8) - slack)
+        right = min(self.width, (x_q8 >> 8) + slack)
+        top = max(0, (y_q8 >> 8) - slack)
+        bottom = min(self.height, (y_q8 >> 8) + slack)
+        if left >= right or top >= bottom:
+            return
+        reach = (radius_q8 + (radius_q8 >> 3) >> 8) + 4
+        # a good prediction is all that the fit needs; no edges are looked for
+        radius_q8 = min(max(radius_q8, scale.radius_min_q8), scale.radius_max_q8)
+        if self._candidate(frame, scale, 0, x_q8, y_q8, radius_q8, FLAG_TRACKED):
+            return
+        if not scale.edges.threshold:
+            scale.edges.measure_threshold(frame)
+        edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
+        self.statistics.steep += scale.edges.steep
+        self.statistics.edges += edges
+        centres = scale.votes.find(scale.edges.edges, edges, self.width, left, right, top, bottom)
+        self.statistics.votes += scale.votes.votes
+        self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
+
+    def _examine_all(self, frame, scale, edges, centres, flags):
+        """Examines the candidate centres of one scale, best first, and reports the markers among them."""
+        found = self._centres
+        for index in range(0, 3 * centres, 3):
+            x_q8 = found[index + 1] - 32768
+            y_q8 = found[index + 2] - 32768
+            if self._count < MARKERS and not (self._count and self._taken(x_q8, y_q8)):
+                promising = found[index] >= scale.votes.least_score
+                self._candidate(frame, scale, edges if promising else 0, x_q8, y_q8, 0, flags)
+
+    def _candidate(self, frame, scale, edges, x_q8, y_q8, radius_q8, flags):
+        """Examines one candidate, with a predicted radius or with edges, and reports it when it is a marker.
+
+        Returns whether it is."""
+        statistics = self.statistics
+        statistics.candidates += 1
+        direct = self.direct
+        verdict = direct.examine(frame, scale, edges, x_q8, y_q8, radius_q8)
+        if verdict <= verdicts.ID_UNCERTAIN and self.blur_reader is not None and not direct.decides():
+            verdict = verdicts.POOR_RINGS
+        statistics.verdicts[verdict] += 1
+        if verdict and self.blur_reader is not None:
+            self.blur_reader.candidates.remember(
+                x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, verdict, 0
+            )
+        if verdict > verdicts.ID_UNCERTAIN:
+            return False
+        self._report(verdict, flags)
+        return True
+
+    def _ask_again(self, frame):
+        """Asks the blur-model reader when no marker has been read."""
+        reader = self.blur_reader
+        if reader is None:
+            return
+        for index in range(self._count):
+            if not self._all[index].flags & FLAG_ID_UNCERTAIN:
+                return
+        self._search_blurred(frame)
+        verdict = reader.examine(frame)
+        self.statistics.blur_verdict = verdict
+        if verdict != verdicts.ACCEPTED:
+            return
+        # in the place of a marker whose ID was uncertain, or of its own
+        index = 0
+        while index < self._count and not self._all[index].covers(reader.x_q8, reader.y_q8):
+            index += 1
+        if index == self._count:
+            if self._count == MARKERS:
+                return
+            self._count += 1
+        found = self._all[index]
+        found.marker_id = reader.acceptance.marker_id
+        found.x_q8 = reader.x_q8
+        found.y_q8 = reader.y_q8
+        found.radius_q8 = reader.rings.radius_q8
+        found.heading_cdeg = reader.heading_cdeg
+        found.margin = reader.acceptance.margin
+        found.flags = FLAG_BLUR_MODEL | self._border(found)
+
+    def _taken(self, x_q8, y_q8):
+        """Whether a marker found already covers this place."""
+        for index in range(self._count):
+            if self._all[index].covers(x_q8, y_q8):
+                return True
+        return False
+
+    def _report(self, verdict, flags):
+        direct = self.direct
+        rings = direct.rings
+        found = self._all[self._count]
+        self._count += 1
+        found.marker_id = direct.acceptance.marker_id
+        found.x_q8 = (rings.true_x_q10 + 2) >> 2
+        found.y_q8 = (rings.true_y_q10 + 2) >> 2
+        found.radius_q8 = rings.radius_q8
+        found.heading_cdeg = cdeg_from_turn16(-direct.lines.angle_turn16)
+        found.margin = direct.acceptance.margin
+        if verdict == verdicts.ID_UNCERTAIN:
+            flags |= FLAG_ID_UNCERTAIN
+        found.flags = flags | self._border(found)
+
+    def _border(self, found):
+        """FLAG_BORDER when the plate of a marker leaves the frame, else 0."""
+        plate_q8 = found.radius_q8 * self._plate_q10 >> 10
+        if (
+            plate_q8 <= found.x_q8 <= (self.width << 8) - plate_q8
+            and plate_q8 <= found.y_q8 <= (self.height << 8) - plate_q8
+        ):
+            return 0
+        return FLAG_BORDER

@@ -1,0 +1,148 @@
+"""Step 1: edges of thin dark lines, on a sparse grid, with a threshold that follows the frame."""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith import tables
+from larics.arith.fixed import cos_q14, sin_q14
+from larics.kernels import edges as kernels
+
+DIRECTIONS = 48
+
+_THRESHOLD_FLOOR = const(3)  # grey levels over 2 * reach px
+_MEDIAN_Q4 = const(40)  # threshold = 2.5 medians of the gradient,
+_SHARE_MIN = const(60)  # but at least that many 1024ths of the pixels pass
+_SHARE_MAX = const(92)  # and at most that many,
+_MARKER_SHARE = const(2152)  # and what a marker's own edges may be of the frame, by its lines' width
+_FINE_STEP = const(3)  # px; so small rings have enough edges for the usual threshold
+
+
+def offset_px(length_q8, direction):
+    """(dx, dy) in whole pixels of a length in 1/256 px along one of the 48 directions (clockwise)."""
+    angle = direction * 65536 // DIRECTIONS
+    return (
+        (length_q8 * cos_q14(angle) + (1 << 21)) >> 22,
+        (length_q8 * sin_q14(angle) + (1 << 21)) >> 22,
+    )
+
+
+class EdgeFinder:
+    """Finds edges for one scale of marker.
+
+    width, height   of the frame, px
+    line_q8         width of the marker's lines in the frame, 1/256 px
+    step, reach     grid pitch, and distance of the pixels whose difference is the gradient, px
+    edges           array('i') that receives position | direction << 20; its length caps the number of edges;
+                    of `list_steep`, positions alone
+    histogram       array('H') of 128 items, scratch space
+    """
+
+    def __init__(self, width, height, line_q8, step, reach, edges, histogram):
+        self.width = width
+        self.height = height
+        self.step = step
+        self.reach = reach
+        self.edges = edges
+        self.half_line_q8 = line_q8 // 2
+        self.threshold = 0  # not measured yet
+        self.steep = 0
+        self._capacity = len(edges) - 1
+        self._share_max = min(512, _SHARE_MAX + _MARKER_SHARE * line_q8 // (width * height))
+        self._histogram = histogram
+        dark_q8 = max(line_q8 // 2, 256)
+        light_q8 = max(line_q8 * 4 // 7, 300)
+        beyond_q8 = line_q8 + light_q8
+        self._probes = array("H", bytes(DIRECTIONS * 6))
+        for direction in range(DIRECTIONS):
+            for slot, length_q8 in enumerate((-beyond_q8, -dark_q8, light_q8)):
+                dx, dy = offset_px(length_q8, direction)
+                self._probes[direction * 3 + slot] = dy * width + dx + 32768
+        margin = max((beyond_q8 + 511) >> 8, reach)
+        self._left = self._top = (margin + step - 1) // step * step
+        self._right = width - margin
+        self._bottom = height - margin
+        self._first = margin * width + margin  # from here on, all probes lie inside the frame
+        self._end = (height - margin) * width - margin
+
+    def memory(self):
+        """Bytes of the tables."""
+        return DIRECTIONS * 6
+
+    def measure_threshold(self, frame):
+        """Adapts the threshold to the gradients of the whole frame."""
+        samples = kernels.gradient_histogram(
+            frame, 0, 0, self.width, self.reach, self._left, self._right, self._top, self._bottom,
+            self.step * 4, self._histogram,
+        )  # fmt: skip
+        self.threshold = kernels.edge_threshold(
+            self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, self._share_max
+        )
+
+    def find(self, frame, left, right, top, bottom):
+        """Lists the edges within the rectangle (px, cut to the frame) and returns their number."""
+        step = self.step
+        left = self._left if left <= self._left else left // step * step
+        top = self._top if top <= self._top else top // step * step
+        if right > self._right:
+            right = self._right
+        if bottom > self._bottom:
+            bottom = self._bottom
+        return self._find(frame, left, right, top, bottom, self.threshold, 1)
+
+    def find_blurred(self, frame):
+        """Lists all edges of the frame, whether of thin lines or not, and returns their number."""
+        threshold = self.threshold
+        if self.step > _FINE_STEP:
+            threshold = max(2, threshold * 3 >> 2)
+        return self._find(frame, self._left, self._right, self._top, self._bottom, threshold, 0)
+
+    def finds_alike(self, other):
+        """Whether the other one's `find_blurred` lists the same edges."""
+        return self.step == other.step and self.reach == other.reach
+
+    def list_steep(self, frame, alternate):
+        """Lists the points of the whole frame that may be edges, for `choose`.
+
+        With alternate > 0, every second one of the grid, as the fields of one colour on a chessboard, comes
+        first, at most so many. Returns the number of them; that of all points is in `steep`."""
+        left = self._left
+        right = self._right
+        top = self._top
+        bottom = self._bottom
+        pitch = step = self.step
+        first = shift = 0
+        if alternate:
+            pitch += step
+            first = self._steep(frame, left, right, top, bottom, pitch, step, 0, alternate)
+            left += step
+            shift = -step
+        self.steep = self._steep(frame, left, right, top, bottom, pitch, shift, first, self._capacity)
+        return first
+
+    def choose(self, frame, positions, count):
+        """Lists the edges among the first positions that a finder of the same reach listed; returns their
+        number."""
+        return self._choose(frame, positions, count, self.threshold, 1)
+
+    def _find(self, frame, left, right, top, bottom, threshold, thin):
+        self.steep = kernels.steep_positions(
+            frame, 0, 0, self.width, self.reach, left, right, top, bottom, self.step, self.step, 0,
+            threshold * threshold, self.edges, 0, self._capacity,
+        )  # fmt: skip
+        return self._choose(frame, self.edges, self.steep, threshold, thin)
+
+    def _steep(self, frame, left, right, top, bottom, pitch, shift, listed, capacity):
+        return kernels.steep_positions(
+            frame, 0, 0, self.width, self.reach, left, right, top, bottom, pitch, self.step, shift,
+            self.threshold * self.threshold, self.edges, listed, capacity,
+        )  # fmt: skip
+
+    def _choose(self, frame, positions, count, threshold, thin):
+        return kernels.thin_line_edges(
+            frame, 0, 0, 0, positions, count, self.edges, self.width * self.reach, self.reach, threshold,
+            tables.DIRECTION_48, self._probes, self._first, self._end, thin,
+        )  # fmt: skip

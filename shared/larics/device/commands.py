@@ -1,0 +1,195 @@
+"""The camera's side of the commands: each is carried out once and answered by ACK or NACK.
+
+A request carries a token. The answers to the last commands that change something are remembered, so
+that a retry (same token, same content) gets the same answer and nothing is done twice; the same token
+with another content is refused. Commands that only read are simply carried out again.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics import settings as setting_rules
+from larics.wire import messages as m
+
+_REMEMBERED = const(8)
+_WAITING = const(8)  # answers that may wait to be sent; further requests are dropped, to be retried
+_ACKNOWLEDGED = const(0)
+
+
+class Commands:
+    """Gets requests by `on_message` (a Decoder's callback) and is a source of answers for an Outbox.
+
+    settings  a larics.settings.Settings
+    raw       a larics.device.raw_frame.RawSender
+    boot      a random number of this start, 0..65535
+    actions   object with
+        info(values)            fills the INFO fields from index 2 on
+        settings_changed(name)  a setting has a new value
+        save()                  writes the settings; False or OSError when that failed
+        raw_frame()             (pixels, width, height, frame number) of a copy that stays unchanged until
+                                the next call, or None
+
+    `restart_due` becomes True when the camera has to restart, as soon as its answer was sent.
+    """
+
+    def __init__(self, settings, raw, actions, boot):
+        self.values = None
+        self.restart_due = False
+        self.dropped = 0
+        self._settings = settings
+        self._raw = raw
+        self._actions = actions
+        self._boot = boot
+        self._remembered = []  # (command, values, reason, detail), newest last
+        self._waiting = []  # (token, command, reason, detail)
+        self._info = [0] * 10
+        self._info_due = False
+        self._part = [0] * (4 + m.SETTING_VALUES)
+        self._reading = None  # (token, key, numbers) of a GET_SETTING under way
+        self._read = 0
+        self._list_key = -1
+        self._list = []
+
+    def announce(self):
+        """Sends INFO without being asked: at start."""
+        self._info[0] = 0
+        self._info_due = True
+
+    # requests
+
+    def on_message(self, number, sequence, values):
+        if number < m.FIRST_COMMAND:
+            return
+        if len(self._waiting) >= _WAITING:
+            self.dropped += 1
+            return
+        token = values[0]
+        if number in (m.PING, m.GET_INFO, m.GET_SETTING):
+            self._answer(token, number, self._look_up(number, values), 0)
+            return
+        content = list(values)
+        for command, known, reason, detail in self._remembered:
+            if known[0] == token:
+                if command != number or known != content:
+                    self._answer(token, number, m.NACK_TOKEN, 0)
+                    return
+                if command == m.GET_RAW and reason == _ACKNOWLEDGED and self._raw.token == token:
+                    self._raw.repeat_header()
+                self._answer(token, number, reason, detail)
+                return
+        reason = self._carry_out(number, values)
+        detail = values[1] if number == m.SET_SETTING and reason else 0
+        if len(self._remembered) >= _REMEMBERED:
+            self._remembered.pop(0)
+        self._remembered.append((number, content, reason, detail))
+        self._answer(token, number, reason, detail)
+
+    def _answer(self, token, command, reason, detail):
+        if reason >= 0:
+            self._waiting.append((token, command, reason, detail))
+
+    def _look_up(self, number, values):
+        """The reason to refuse, 0, or -1 when the answer follows the data."""
+        if number == m.GET_INFO:
+            self._info[0] = values[0]
+            self._info_due = True
+        elif number == m.GET_SETTING:
+            field = setting_rules.field(values[1])
+            if field is None:
+                return m.NACK_UNKNOWN_KEY
+            self._reading = (values[0], field.key, field.numbers(getattr(self._settings, field.name)))
+            self._read = 0
+            return -1
+        return _ACKNOWLEDGED
+
+    def _carry_out(self, number, values):
+        if number == m.SET_SETTING:
+            return self._set(values)
+        if number == m.SAVE_SETTINGS:
+            try:
+                return _ACKNOWLEDGED if self._actions.save() is not False else m.NACK_STORAGE
+            except OSError:
+                return m.NACK_STORAGE
+        if number == m.GET_RAW:
+            frame = self._actions.raw_frame()
+            if frame is None:
+                return m.NACK_NO_FRAME
+            self._raw.start(values[0], *frame)
+            return _ACKNOWLEDGED
+        if number == m.GET_RAW_AGAIN:
+            _, transfer, first, count = values
+            if transfer != self._raw.token:
+                return m.NACK_TRANSFER
+            if first + count > self._raw.chunks:
+                return m.NACK_CHUNK
+            return _ACKNOWLEDGED if self._raw.again(first, count) else m.NACK_BUSY
+        if number == m.RESTART:
+            if values[1] != self._boot:
+                return m.NACK_BOOT
+            self.restart_due = True
+            return _ACKNOWLEDGED
+        return m.NACK_UNKNOWN_COMMAND
+
+    def _set(self, values):
+        _, key, first, count = values[:4]
+        field = setting_rules.field(key)
+        if field is None:
+            return m.NACK_UNKNOWN_KEY
+        if count > field.most_numbers() or first > count:
+            return m.NACK_LENGTH
+        if first == 0:
+            self._list_key = key
+            self._list = []
+        elif key != self._list_key or first != len(self._list):
+            return m.NACK_LIST_ORDER
+        self._list.extend(values[4 : 4 + min(count - first, m.SETTING_VALUES)])
+        if len(self._list) < count:
+            return _ACKNOWLEDGED
+        numbers, self._list, self._list_key = self._list, [], -1
+        value = field.value(numbers)
+        if value is None:
+            return m.NACK_LENGTH
+        if field.reason(value):
+            return m.NACK_RANGE
+        try:
+            self._settings.set(field.name, value)
+        except ValueError:
+            return m.NACK_CONFLICT
+        self._actions.settings_changed(field.name)
+        return _ACKNOWLEDGED
+
+    # answers
+
+    def busy(self):
+        return bool(self._info_due or self._reading or self._waiting)
+
+    def next(self):
+        """The type of the next message to send, its fields in `values`; 0 when there is none."""
+        if self._info_due:
+            self._info_due = False
+            self._info[1] = self._boot
+            self._actions.info(self._info)
+            self.values = self._info
+            return m.INFO
+        if self._reading:
+            return self._next_part()
+        if not self._waiting:
+            return 0
+        self.values = self._waiting.pop(0)
+        return m.NACK if self.values[2] else m.ACK
+
+    def _next_part(self):
+        token, key, numbers = self._reading
+        part = self._part
+        part[0], part[1], part[2], part[3] = token, key, self._read, len(numbers)
+        for k in range(m.SETTING_VALUES):
+            index = self._read + k
+            part[4 + k] = numbers[index] if index < len(numbers) else 0
+        self._read += m.SETTING_VALUES
+        if self._read >= len(numbers):
+            self._reading = None
+            self._waiting.append((token, m.GET_SETTING, _ACKNOWLEDGED, 0))
+        self.values = part
+        return m.SETTING

@@ -1,0 +1,67 @@
+"""Makes the parts of the program from the settings."""
+
+from larics.detect.tracker import Tracker
+from larics.locate.camera_model import Camera
+from larics.marker import LARICS3
+from larics.settings.constraints import calibrated_camera, line_mm, seen_id
+
+
+def make_detector(settings, size=None):
+    """What finds the markers as the settings ask for: its `detect(frame)` gives a list of Detection.
+
+    size: (width, height) of the frames when it is not that of the settings. ValueError when the ranges do
+    not suit it, MemoryError."""
+    width, height = size or (settings.width, settings.height)
+    radii = (settings.radius_min_px, settings.radius_max_px)
+    family = LARICS3.scaled(settings.outer_mm10, settings.line_mm10, settings.allow_id0)
+    if settings.method == "paper":
+        from larics.detect.paper import PaperDetector
+
+        return PaperDetector(width, height, *radii, family=family)
+    from larics.detect.detector import Detector
+
+    confirm = None
+    if settings.confirm_needed > 1:
+        confirm = (settings.confirm_needed, settings.confirm_frames)
+    detector = Detector(
+        width,
+        height,
+        radius_min_px=radii[0],
+        radius_max_px=radii[1],
+        line_mm=line_mm(settings.line_mm10, settings.outer_mm10),
+        family=family,
+        allowed_ids=[seen_id(i, settings.mirrored) for i in settings.allowed_ids] or None,
+        allow_id0=settings.allow_id0,
+        confirm=confirm,
+        second_opinion=settings.second_opinion,
+        max_tilt_deg=(settings.max_tilt_cdeg + 99) // 100,
+        margin_min=settings.margin_min,
+    )
+    return Tracker(detector) if settings.tracking else detector
+
+
+def make_locator(settings, size=None):
+    """The calibrated camera; without a calibration one of about 50 degrees, of which only the headings and
+    IDs mean something. size: as for make_detector. ValueError when the values are no camera."""
+    width, height = size or (settings.width, settings.height)
+    if not settings.focal_q8:
+        focal_q8 = 256 * max(width, height)
+        return Camera(width, height, focal_q8, mount_cdeg=settings.mount_cdeg, mirrored=settings.mirrored)
+    return calibrated_camera(width, height, settings.as_dict())
+
+
+def make_navigator(settings):
+    """Pose in the map and on the route of the settings; None without a map or a calibration.
+    ValueError for an impossible map or route."""
+    if not settings.map or not settings.focal_q8:
+        return None
+    from larics.locate.navigator import Navigator
+
+    return Navigator(
+        settings.map,
+        settings.route,
+        settings.allowed_ids,
+        settings.outer_mm10,
+        settings.camera_z_mm10,
+        max(1, settings.max_speed_mm_s),
+    )

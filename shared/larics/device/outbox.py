@@ -1,0 +1,221 @@
+"""What is to be sent, in order of urgency, on a line that may be slower than the frames.
+
+The newest measurement wins: one that has not begun to be sent when the next is there is dropped and
+counted; nothing queues up. Answers to commands and the status come between measurements, chunks of a
+raw frame only in line time that nothing else needs. The outbox knows from the baud rate how much it
+has given to the line, and never gives it more than `AHEAD_US` of work, so that what comes next starts
+within one frame time whatever the driver buffers.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.wire.codec import MAX_FRAME, frame_size
+from larics.wire.messages import COUNT_MAX, MARKER, RAW_CHUNK
+
+AHEAD_US = const(16000)
+_FIELDS = const(12)  # of MARKER, the longest of the measurements
+_AGE = const(1)  # index of age_us in MARKER and POSE
+_SECOND = const(1000000)
+_CHUNKS_A_POLL = const(4)  # bounds the work of one call
+
+
+class Uptime:
+    """Time since start as seconds and microseconds, which never need a long integer."""
+
+    def __init__(self):
+        self.s = 0
+        self.us = 0
+
+    def advance(self, elapsed_us):
+        self.us += elapsed_us
+        while self.us >= _SECOND:
+            self.us -= _SECOND
+            self.s += 1
+
+
+class _Group:
+    """The messages of one frame."""
+
+    def __init__(self, size):
+        self.numbers = [0] * size
+        self.values = [[0] * _FIELDS for _ in range(size)]
+        self.count = 0
+        self.sent = 0
+        self.ready = False
+        self.commit_us = 0
+
+
+class Outbox:
+    """`poll` often; a frame's measurements go in by begin, add, commit.
+
+    sink         object with free() -> bytes that fit, send(buffer, count); empty when given
+    encoder      a larics.wire.codec.Encoder; answers are always sent by it
+    measurements the encoder of measurements and status when that is another one (nmea, mavlink)
+    sources      (answers, raw): objects with next() -> type number or 0, and `values`
+    ticks_diff   difference of two clock readings in microseconds, as time.ticks_diff
+    divider      send the measurements of every n-th frame
+    markers      most markers of one frame that are kept
+    uptime       an Uptime that poll advances, shared with encoders that tell the time
+
+    Counters: frames (sent), drops (replaced before they began to be sent), overflows (messages beyond
+    what fits for one frame). `worst_age_us` is the largest age sent; set it to 0 to begin anew.
+    """
+
+    def __init__(
+        self,
+        sink,
+        encoder,
+        sources,
+        baud,
+        ticks_diff,
+        measurements=None,
+        divider=1,
+        markers=8,
+        uptime=None,
+    ):
+        self.uptime = uptime or Uptime()
+        self.divider = divider
+        self.frames = 0
+        self.drops = 0
+        self.overflows = 0
+        self.worst_age_us = 0
+        self._sink = sink
+        self._encoder = encoder
+        self._measurements = measurements or encoder
+        self._answers, self._raw = sources
+        self._ticks_diff = ticks_diff
+        self._byte_us_q4 = 160000000 // baud
+        self._chunk_us = (frame_size(RAW_CHUNK) * self._byte_us_q4) >> 4
+        self._chunks = 0
+        self._room = sink.free()
+        self._largest = max(MAX_FRAME + 1, len(self._measurements.buffer))
+        self._skipped = divider - 1
+        self._waiting = _Group(markers + 1)
+        self._sending = _Group(markers + 1)
+        self._status = None
+        self._status_type = 0
+        self._owed_us = 0  # line time of what was given to the sink and is not yet on the line
+        self._now_us = None
+        self._measured_last = False
+        self._separator = b"\0"
+
+    def begin(self):
+        """Starts the measurements of a frame; False when the divider leaves this frame out."""
+        self._skipped += 1
+        if self._skipped < self.divider:
+            return False
+        self._skipped = 0
+        if self._waiting.ready:
+            self.drops = (self.drops + 1) & COUNT_MAX
+        self._waiting.ready = False
+        self._waiting.count = 0
+        return True
+
+    def add(self, number, values):
+        """A MARKER or POSE of this frame; values are copied, age_us being the age at commit."""
+        group = self._waiting
+        place = group.count
+        if place >= len(group.numbers) - (number == MARKER):  # the last place is for the POSE
+            self.overflows = (self.overflows + 1) & COUNT_MAX
+            return
+        kept = group.values[place]
+        for k in range(len(values)):
+            kept[k] = values[k]
+        group.numbers[place] = number
+        group.count = place + 1
+
+    def commit(self, now_us):
+        self._waiting.commit_us = now_us
+        self._waiting.ready = True
+
+    def status(self, number, values):
+        """A STATUS to send soon; `values` must stay unchanged until the next second."""
+        self._status_type = number
+        self._status = values
+
+    def idle(self):
+        """True when nothing urgent waits: the moment to restart."""
+        group = self._sending
+        return group.sent == group.count and not self._answers.busy()
+
+    def poll(self, now_us):
+        """Gives the sink what the line can take now."""
+        if self._now_us is not None:
+            elapsed = max(0, self._ticks_diff(now_us, self._now_us))
+            self._owed_us = max(0, self._owed_us - elapsed)
+            self.uptime.advance(elapsed)
+        self._now_us = now_us
+        self._chunks = 0
+        while self._ahead_us() <= AHEAD_US and self._sink.free() >= self._largest:
+            if not self._send_one():
+                break
+
+    def _ahead_us(self):
+        """Line time of what was given to the sink: by the clock, or what the sink still holds if more."""
+        held = ((self._room - self._sink.free()) * self._byte_us_q4) >> 4
+        return max(held, self._owed_us)
+
+    def _send_one(self):
+        group = self._sending
+        if group.sent < group.count:
+            self._send_measurement(group)
+            return True
+        if self._measured_last and self._send_answer():
+            return True
+        if self._waiting.ready:
+            self._sending, self._waiting = self._waiting, group
+            group.ready = False
+            group.count = 0
+            self._sending.sent = 0
+            self.frames = (self.frames + 1) & COUNT_MAX
+            return True
+        return self._send_answer() or self._send_chunk()
+
+    def _send_measurement(self, group):
+        place = group.sent
+        values = group.values[place]
+        waited = self._ticks_diff(self._now_us, group.commit_us) + self._ahead_us()
+        age = min(values[_AGE], COUNT_MAX - max(0, waited)) + max(0, waited)  # within 30 bits
+        if age > self.worst_age_us and group.numbers[place] == MARKER:
+            self.worst_age_us = age
+        values[_AGE] = age
+        group.sent = place + 1
+        self._measured_last = True
+        count = self._measurements.encode(group.numbers[place], values)
+        self._give(self._measurements.buffer, count)
+
+    def _send_answer(self):
+        """An answer or the status; False when none waits."""
+        self._measured_last = False
+        number = self._answers.next()
+        if number:
+            self._send_framed(number, self._answers.values)
+            return True
+        if self._status_type:
+            number, self._status_type = self._status_type, 0
+            self._give(self._measurements.buffer, self._measurements.encode(number, self._status))
+            return True
+        return False
+
+    def _send_chunk(self):
+        ahead = self._ahead_us()
+        if self._chunks == _CHUNKS_A_POLL or (ahead and ahead + self._chunk_us > AHEAD_US):
+            return False
+        self._chunks += 1
+        number = self._raw.next()
+        if number:
+            self._send_framed(number, self._raw.values)
+        return number != 0
+
+    def _send_framed(self, number, values):
+        if self._measurements is not self._encoder:  # text may stand before it on the line
+            self._give(self._separator, 1)
+        self._give(self._encoder.buffer, self._encoder.encode(number, values))
+
+    def _give(self, buffer, count):
+        if count:
+            self._sink.send(buffer, count)
+            self._owed_us += (count * self._byte_us_q4) >> 4

@@ -1,0 +1,1 @@
+"""The direct reader: reads a candidate by what a sharp picture must show."""

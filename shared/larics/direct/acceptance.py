@@ -1,0 +1,90 @@
+"""Step 5: whether a candidate is believed, which ID it has, and by what margin.
+
+Every rule compares a measured quantity with a limit and turns the distance into a margin of 0..255; the
+weakest rule's is the marker's. The rules on rings and orientation line decide whether there is a marker,
+those on the code whether its ID is told.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.kernels import rules as kernels
+from larics.marker.detection import NO_ID
+from larics.marker.verdicts import (
+    ACCEPTED,
+    ID_UNCERTAIN,
+    NO_CODE,
+    NO_ORIENTATION,
+    NOT_EMPTY,
+    OUT_OF_RANGE,
+    POOR_RINGS,
+)  # fmt: skip
+
+_RULES = const(7)  # of one step, at most
+_POSE_MARGIN = const(112)  # a pose without an ID needs at least that margin
+_IN_DOUBT = const(8)  # instead of an ID
+
+
+class Acceptance:
+    """Accepts or rejects one candidate at a time.
+
+    allowed_ids         those that may be told; margin_min: smallest margin that is believed
+    marker_id, margin   of the last one
+    """
+
+    def __init__(self, allowed_ids, margin_min):
+        self._margin_min = margin_min
+        self._pose_margin = max(_POSE_MARGIN, margin_min)
+        self.allowed = bytearray(8)
+        for marker_id in allowed_ids:
+            self.allowed[marker_id] = 1
+        self.marker_id = NO_ID
+        self.margin = 255
+        self._rules = array("i", bytes(8 * _RULES))
+
+    def _hold(self, count):
+        """Whether the first `count` rules hold far enough; the margin becomes that of the weakest."""
+        self.margin = kernels.weakest_rule(self._rules, 0, self.margin, count)
+        return self.margin >= self._margin_min
+
+    def first_look(self, rings, deviation_q10):
+        """Whether the rings are worth another look after their first passes, which left that deviation at
+        most."""
+        return kernels.rings_plausible(rings.fit, 0, 0, rings.outer, rings.inner, deviation_q10)
+
+    def rings(self, rings, radius_min_q8, radius_max_q8):
+        """The verdict on the fitted rings alone; begins a new candidate."""
+        self.margin = 255
+        self.marker_id = NO_ID
+        radius_q8 = rings.radius_q8
+        if radius_q8 * 8 < radius_min_q8 * 7 or radius_q8 * 8 > radius_max_q8 * 9:
+            return OUT_OF_RANGE
+        count = kernels.rings_rules(
+            self._rules, 0, 0, rings.fit, rings.outer, rings.inner, rings.skipped_outer, rings.skipped_inner
+        )
+        return ACCEPTED if count and self._hold(count) else POOR_RINGS
+
+    def orientation(self, lines, rings):
+        """The verdict on the orientation line."""
+        count = kernels.line_rules(self._rules, lines.line, lines.second_q8, rings.radius_q8, lines.end_q8)
+        return ACCEPTED if self._hold(count) else NO_ORIENTATION
+
+    def code(self, lines, rings):
+        """The verdict on the eight inner positions: five must be empty, three carry the bits."""
+        marker_id = _IN_DOUBT
+        if lines.code_inside:
+            marker_id = kernels.code_rules(
+                self._rules, 0, 0, lines.code, rings.fit, rings.inner_means, lines.angle_turn16
+            )
+            if not self._hold(4):
+                return NOT_EMPTY
+            if marker_id != _IN_DOUBT and self.allowed[marker_id]:
+                self.marker_id = marker_id
+                return ACCEPTED
+            if marker_id == 0:
+                return NO_CODE
+        return ID_UNCERTAIN if self.margin >= self._pose_margin else NOT_EMPTY

@@ -1,0 +1,148 @@
+"""Step 3: the two rings of a candidate, from a coarse radius to a sub-pixel, perspective-corrected centre.
+
+The crossings of the rings with pixel rows and columns are averaged in 16 sectors; harmonics over the sectors
+give centre, radius and ellipse of each ring without solving a matrix. Under perspective the centres of the
+two rings' images differ, and the true centre lies on their line, farther by a factor of the rings' ratio.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith import tables
+from larics.arith.fixed import AXES, LOG_GREY, ROOT
+from larics.kernels import coarse, harmonics
+from larics.kernels import rings as kernels
+
+SECTORS = const(16)
+SKIP_OUTER = const(1)
+SKIP_INNER = const(2)
+
+_SUPPORT_OUTER = const(7)  # edges that must agree on the coarse outer and inner radius
+_SUPPORT_INNER = const(4)
+_SUPPORT_LESS = const(2)  # by so many less, and one, where
+_SMALL_Q8 = const(3072)  # the range of radii ends below
+_DISTANCES = const(800)  # edges that may point to one candidate
+_COARSE_ROUNDS = const(2)
+_SECTOR_FLOOR_Q10 = const(96)  # a sector this close to the harmonics is never an outlier
+_LINE_AREAS = const(170)  # both halves of a position that count as a line, 256 = as the rings'
+_LINE_REACH_TURN16 = const(1640)  # 9 degrees
+
+
+class RingFit:
+    """Fits one candidate at a time; its attributes are the pose of the last one.
+
+    radius_q8                 of the outer ring, centre of its line, 1/256 px
+    true_x_q10, true_y_q10    projected centre of the marker, 1/1024 px
+    moved_q10                 how far the last pass moved the rings, 1/1024 px
+    area                      darkness times width of the rings' line, log units * px: what a line must show
+    fit                       the whole pose, items as in kernels.rings: FIT
+    outer, inner              harmonics of each ring in the last pass, its deviation, sectors and area
+    outer_means, inner_means  kernels.harmonics.ring_harmonics: residual and area of each sector
+    skip                      bytearray(32): SKIP_* bits of the half sectors that a line disturbs;
+    skipped_outer, skipped_inner    their numbers
+    """
+
+    def __init__(self, width, height, inner_q10, line_q10, radius_max_q8):
+        self.width = width
+        self.height = height
+        self.inner_q10 = inner_q10
+        self.line_q10 = line_q10
+        self.crossings = 0
+        self.skip = bytearray(2 * SECTORS)
+        self.outer_means = array("i", bytes(SECTORS * 8))
+        self.inner_means = array("i", bytes(SECTORS * 8))
+        self.distances = array("i", bytes(_DISTANCES * 4))
+        self.bins = bytearray((radius_max_q8 >> 7) + 32)
+        self.outer = array("i", bytes(36))
+        self.inner = array("i", bytes(36))
+        self.fit = array("i", bytes(4 * kernels.FIT_ITEMS))
+        self.fit[kernels.INNER_Q10] = inner_q10
+        self.fit[kernels.LINE_Q10] = line_q10
+        self.fit[kernels.GAP_Q10] = (1024 - inner_q10) // 2
+        # the true centre lies beyond the mean of the rings' centres by (1 + q^2) / (2 (1 - q^2)) of their
+        # difference
+        square = inner_q10 * inner_q10
+        self.fit[kernels.BEYOND_Q8] = ((1 << 20) + square) * 128 // ((1 << 20) - square)
+        self._sectors = array("i", bytes(SECTORS * 32))
+        self._result = array("i", bytes(20))
+        self.skipped_outer = self.skipped_inner = self.moved_q10 = 0
+        self.radius_q8 = self.true_x_q10 = self.true_y_q10 = self.area = 0
+
+    def memory(self):
+        """Bytes of the buffers."""
+        return 4 * (len(self.distances) + len(self.fit)) + len(self.bins) + SECTORS * (8 + 8 + 32 + 2) + 92
+
+    def coarse(self, edges, count, x_q8, y_q8, radius_min_q8, radius_max_q8, half_line_q8):
+        """Takes a candidate centre and finds its radius from the edges; False when too few agree."""
+        result = self._result
+        reach_q4 = (radius_max_q8 >> 4) + 96
+        x_q4 = x_q8 >> 4
+        y_q4 = y_q8 >> 4
+        if x_q4 < 0 or y_q4 < 0:
+            return False
+        distances = coarse.edge_distances(
+            edges, 0, 0, 0, count, self.width, x_q4, y_q4, reach_q4, half_line_q8 >> 4,
+            (radius_max_q8 >> 4) // 5 + 8, AXES, self.distances, _DISTANCES,
+        )  # fmt: skip
+        coarse.choose_radius(
+            self.bins, 0, 0, radius_min_q8 >> 7, radius_max_q8 >> 7, (reach_q4 >> 3) + 3, self.inner_q10,
+            self.distances, distances, AXES, _COARSE_ROUNDS, result,
+        )  # fmt: skip
+        less = _SUPPORT_LESS if radius_max_q8 < _SMALL_Q8 else 0
+        if result[3] < _SUPPORT_OUTER - less or result[4] < _SUPPORT_INNER - (less >> 1):
+            return False
+        self.start((x_q4 + result[1]) << 6, (y_q4 + result[2]) << 6, result[0] << 4)
+        return True
+
+    def start(self, x_q10, y_q10, radius_q8):
+        """Begins the fit of a candidate."""
+        fit = self.fit
+        fit[kernels.X_Q10] = x_q10 + kernels.BIAS
+        fit[kernels.Y_Q10] = y_q10 + kernels.BIAS
+        fit[kernels.RADIUS_Q8] = radius_q8
+        fit[kernels.INNER_Q8] = radius_q8 * self.inner_q10 >> 10
+        fit[kernels.BULGE_COS] = fit[kernels.BULGE_SIN] = kernels.BIAS
+        fit[kernels.AREA] = 0
+        self.skip_lines(None)
+
+    def skip_lines(self, lines):
+        """Leaves out of the next passes what a line disturbs; None: nothing."""
+        if lines is None:
+            marked = kernels.skip_half_sectors(self.skip, 0, 0, self.fit, 0, 0, 0, SKIP_OUTER, SKIP_INNER)
+        else:
+            marked = kernels.skip_half_sectors(
+                self.skip, 0, 1, lines.code, _LINE_AREAS, lines.angle_turn16, _LINE_REACH_TURN16, SKIP_OUTER,
+                SKIP_INNER,
+            )  # fmt: skip
+        self.skipped_outer = marked & 63
+        self.skipped_inner = marked >> 6
+
+    def refine(self, frame, lines, rounds, limit_q8):
+        """One pass over both rings with about `lines` crossings a quarter ring; False when they do not hold.
+
+        rounds: of the robust harmonics; limit_q8: largest residual that counts, in 256ths of the window."""
+        fit = self.fit
+        outer = self.outer
+        inner = self.inner
+        sectors = self._sectors
+        if not kernels.begin_pass(fit, 0, 0, limit_q8, self.width, self.height):
+            return False
+        self.crossings += kernels.ring_crossings(
+            0, 0, 0, frame, LOG_GREY, self.width, self.height, fit, lines, ROOT, self.skip, sectors
+        )
+        if not harmonics.ring_harmonics(
+            0, 0, 0, sectors, self.outer_means, self.inner_means, tables.HARMONICS_4, rounds,
+            _SECTOR_FLOOR_Q10, outer, inner,
+        ):  # fmt: skip
+            return False
+        holds = harmonics.end_pass(fit, 0, 0, outer, inner)
+        self.radius_q8 = fit[kernels.RADIUS_Q8]
+        self.true_x_q10 = fit[kernels.TRUE_X_Q10] - kernels.BIAS
+        self.true_y_q10 = fit[kernels.TRUE_Y_Q10] - kernels.BIAS
+        self.moved_q10 = fit[kernels.MOVED_Q10]
+        self.area = fit[kernels.AREA]
+        return holds

@@ -1,0 +1,1 @@
+"""Where the camera is: camera model, map, pose, motion, noise, route."""

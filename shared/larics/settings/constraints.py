@@ -1,0 +1,110 @@
+"""Whether settings suit the detector and the camera, found out without making a detector.
+
+The reasons name settings. What passes here, `larics.device.factory` can make; a test holds it to that.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.locate.camera_model import MAX_HEIGHT_MM10, Camera
+from larics.marker import LARICS3
+
+_FOCAL_LEAST_Q8 = const(5120)
+_RADIUS_LEAST_PX = const(6)  # of the detector
+_RADIUS_MOST_PX = const(72)
+_PAPER_FAR_PX = const(100)  # to the outside of the outer ring
+_LINE_LEAST_MM = const(5)  # at an outer radius of 150 mm
+_LINE_MOST_MM = const(30)
+_ID_MOST = const(7)
+
+_CAMERA_SETTINGS = (
+    "k1_e5", "k2_e5", "mount_cdeg", "mirrored", "tilt_forward_cdeg", "tilt_left_cdeg", "camera_x_mm10",
+    "camera_y_mm10", "camera_z_mm10", "ceiling_mm10",
+)  # fmt: skip
+
+
+def line_mm(line_mm10, outer_mm10):
+    """The width of the lines in whole mm at an outer radius of 150 mm; None when it is not known."""
+    return (line_mm10 * 150 + outer_mm10 // 2) // outer_mm10 if line_mm10 else None
+
+
+def seen_id(marker_id, mirrored):
+    """How the detector reads an ID: a mirrored sensor shows it the coding lines in the opposite order."""
+    return (marker_id & 1) << 2 | marker_id & 2 | marker_id >> 2 if mirrored else marker_id
+
+
+def calibrated_camera(width, height, values):
+    """The camera_model.Camera of settings (name: value) with a focal length. ValueError as there."""
+    return Camera(
+        width,
+        height,
+        values["focal_q8"],
+        center_x_q8=values["center_x_q8"] or None,
+        center_y_q8=values["center_y_q8"] or None,
+        **{name: values[name] for name in _CAMERA_SETTINGS},
+    )
+
+
+def detector_reason(values):
+    """None when a detector can be made of the values (name: value), else one line that says why not."""
+    outer_mm10, line_mm10 = values["outer_mm10"], values["line_mm10"]
+    try:
+        family = LARICS3.scaled(outer_mm10, line_mm10)
+    except ValueError as error:
+        return "line_mm10 = %d does not suit outer_mm10 = %d: %s" % (line_mm10, outer_mm10, error)
+    wide_mm = line_mm(line_mm10, outer_mm10)
+    if wide_mm is not None and not _LINE_LEAST_MM <= wide_mm <= _LINE_MOST_MM:
+        return "line_mm10 = %d is not within %d and %d for outer_mm10 = %d" % (
+            line_mm10,
+            -(-_LINE_LEAST_MM * outer_mm10 // 150),
+            _LINE_MOST_MM * outer_mm10 // 150,
+            outer_mm10,
+        )
+    for marker_id in values["allowed_ids"]:
+        if marker_id > _ID_MOST:
+            return "allowed_ids has ID %d; markers have IDs up to %d" % (marker_id, _ID_MOST)
+    return _radius_reason(values, family)
+
+
+def _radius_reason(values, family):
+    low, high = values["radius_min_px"], values["radius_max_px"]
+    width, height = values["width"], values["height"]
+    if low > high:
+        return "radius_min_px = %d is more than radius_max_px = %d" % (low, high)
+    if 2 * low >= min(width, height):
+        return "a ring of radius_min_px = %d does not fit a frame of %dx%d" % (low, width, height)
+    if values["method"] == "paper":
+        half_mm10 = (family.line_mm10 + 1) // 2
+        if (family.outer_mm10 + half_mm10) * high > _PAPER_FAR_PX * family.outer_mm10:
+            return "radius_max_px = %d is too large for the method paper" % high
+        return None
+    if not _RADIUS_LEAST_PX <= low < high <= _RADIUS_MOST_PX:
+        return "radius_min_px = %d and radius_max_px = %d are no range within %d and %d" % (
+            low,
+            high,
+            _RADIUS_LEAST_PX,
+            _RADIUS_MOST_PX,
+        )
+    return None
+
+
+def camera_reason(values):
+    """None when the values (name: value) make a camera, else one line that says why not."""
+    ceiling_mm10, lens_mm10 = values["ceiling_mm10"], values["camera_z_mm10"]
+    if ceiling_mm10 and not 0 < ceiling_mm10 - lens_mm10 <= MAX_HEIGHT_MM10:
+        return "ceiling_mm10 = %d is not above camera_z_mm10 = %d by up to %d" % (
+            ceiling_mm10,
+            lens_mm10,
+            MAX_HEIGHT_MM10,
+        )
+    if not values["focal_q8"]:
+        return None
+    if values["focal_q8"] < _FOCAL_LEAST_Q8:
+        return "focal_q8 = %d is neither 0 nor at least %d (20 px)" % (values["focal_q8"], _FOCAL_LEAST_Q8)
+    try:
+        calibrated_camera(values["width"], values["height"], values)
+    except ValueError as error:
+        return "focal_q8 = %d: %s" % (values["focal_q8"], error)
+    return None

@@ -1,0 +1,1 @@
+"""What goes over the line: messages, codec, framing, the other encodings."""

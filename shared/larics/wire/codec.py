@@ -1,0 +1,271 @@
+"""The wire: `Encoder` and streaming `Decoder` of the messages that `larics.wire.messages` defines.
+
+A frame is COBS(version, type, sequence, payload, CRC-32) and a final 0; see `larics.wire.framing`. Both
+classes own fixed buffers and allocate nothing per byte or per message.
+"""
+
+import struct
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.wire.framing import LIMIT, OVERHEAD, is_intact, seal
+from larics.wire.messages import *  # noqa: F403  (this module is the entry to the wire: type numbers and codes)
+from larics.wire.messages import COUNT_MAX, MESSAGES, VERSION
+
+_HEADER = const(4)
+_CRC = const(4)
+MAX_FRAME = const(130)  # bytes of the longest frame: LIMIT, COBS byte and final 0
+
+_SIZES = {"B": 1, "b": 1, "H": 2, "h": 2, "I": 4, "i": 4}
+_FORMATS = {"B": "<B", "b": "<b", "H": "<H", "h": "<h", "I": "<I", "i": "<i"}
+
+
+class _Layout:
+    """One type's fields in the form in which encoder and decoder use them."""
+
+    def __init__(self, name, number, fields):
+        self.name = name
+        self.number = number
+        self.fields = fields
+        self.sizes = bytes(_SIZES.get(field[1]) or int(field[1][:-1]) for field in fields)
+        self.formats = tuple(_FORMATS.get(field[1]) for field in fields)  # None: bytes
+        self.signed = bytes(field[1] in "bhi" for field in fields)
+        self.lows = tuple(field[3] for field in fields)
+        self.highs = tuple(field[4] for field in fields)
+        self.size = sum(self.sizes)
+
+
+_LAYOUTS = {number: _Layout(name, number, fields) for name, number, _, fields in MESSAGES}
+
+
+def fields(number):
+    """The fields of a type: tuples (name, code, unit, min, max, meaning). KeyError for unknown types."""
+    return _LAYOUTS[number].fields
+
+
+def name(number):
+    """The name of a type; KeyError for unknown types."""
+    return _LAYOUTS[number].name
+
+
+def frame_size(number):
+    """Bytes of a type's frame on the line, always the same."""
+    return _LAYOUTS[number].size + _HEADER + OVERHEAD
+
+
+class Encoder:
+    """Puts one message at a time into `buffer`, numbered by `sequence` (the next number, 0..65535).
+
+    A value outside its range raises ValueError; with clamp=True, for a device that must not stop, it is
+    set to the nearest allowed value and counted in `clamped`.
+    """
+
+    def __init__(self, clamp=False):
+        self.buffer = bytearray(MAX_FRAME)
+        self.sequence = 0
+        self.clamped = 0
+        self._clamp = clamp
+
+    def encode(self, number, values):
+        """Encodes the values, in field order, as a message of this type; returns n: send buffer[:n].
+
+        An item of a byte field ("64s") is a buffer of exactly that length; a reused list of values may
+        be longer than the fields. ValueError for an unknown type, too few values, or one out of range.
+        """
+        layout = _LAYOUTS.get(number)
+        if layout is None:
+            raise ValueError("message type %d is unknown" % number)
+        if len(values) < len(layout.sizes):
+            raise ValueError(
+                "%s has %d fields, got %d values" % (layout.name, len(layout.sizes), len(values))
+            )
+        buffer = self.buffer
+        buffer[1] = VERSION
+        buffer[2] = number
+        buffer[3] = self.sequence & 0xFF
+        buffer[4] = self.sequence >> 8
+        place = 1 + _HEADER
+        sizes = layout.sizes
+        formats = layout.formats
+        lows = layout.lows
+        highs = layout.highs
+        for k in range(len(sizes)):
+            value = values[k]
+            if formats[k] is None:
+                self._put_bytes(layout, k, value, place)
+            else:
+                if not lows[k] <= value <= highs[k]:
+                    value = self._refuse(layout, k, value)
+                struct.pack_into(formats[k], buffer, place, value)
+            place += sizes[k]
+        self.sequence = (self.sequence + 1) & 0xFFFF
+        return seal(buffer, place)
+
+    def _put_bytes(self, layout, k, data, place):
+        size = layout.sizes[k]
+        if len(data) != size:
+            place = "%s.%s" % (layout.name, layout.fields[k][0])
+            raise ValueError("%s has %d bytes, got %d" % (place, size, len(data)))
+        self.buffer[place : place + size] = data
+
+    def _refuse(self, layout, k, value):
+        low, high = layout.lows[k], layout.highs[k]
+        if not self._clamp:
+            place = "%s.%s" % (layout.name, layout.fields[k][0])
+            raise ValueError("%s = %d is outside %d..%d" % (place, value, low, high))
+        self.clamped = (self.clamped + 1) & COUNT_MAX
+        return low if value < low else high
+
+
+class Counters:
+    """What a Decoder met. Each frame that ends counts in exactly one of the first nine.
+
+    messages   delivered                         crc       wrong checksum
+    cobs       ended in the middle of a block    length    too short, or not as long as its type
+    version    of another version                unknown   of an unknown type
+    over_long  longer than any message           empty     a 0 right after a 0
+    out_of_range  a field outside its range
+    gaps       messages missing by their sequence numbers      repeats  the number before once more
+    """
+
+    NAMES = (
+        "messages",
+        "crc",
+        "cobs",
+        "length",
+        "version",
+        "unknown",
+        "over_long",
+        "empty",
+        "out_of_range",
+        "gaps",
+        "repeats",
+    )
+    __slots__ = NAMES
+
+    def __init__(self):
+        for counter in self.NAMES:
+            setattr(self, counter, 0)
+
+    def as_dict(self):
+        return {counter: getattr(self, counter) for counter in self.NAMES}
+
+
+class Decoder:
+    """Finds messages in a stream that comes in pieces of any size.
+
+    `on_message(type, sequence, values)` is called for each; `values`, one item per field, is reused with
+    the next message of that type, and so are the bytearrays in it that stand for byte fields. Whatever
+    is not a message is counted in `counters`, costs at most the frame it is in, and has no other effect.
+    """
+
+    def __init__(self, on_message):
+        self.counters = Counters()
+        self._on_message = on_message
+        self._values = {}
+        for number, layout in _LAYOUTS.items():
+            pairs = zip(layout.sizes, layout.formats)
+            self._values[number] = [bytearray(size) if code is None else 0 for size, code in pairs]
+        self._message = bytearray(LIMIT + 1)
+        self._size = -1  # bytes of the message so far; -1 before its first COBS byte
+        self._left = 0  # bytes until the next COBS byte; -1 while an over-long frame is skipped
+        self._sequence = -1
+
+    def feed(self, buffer, count):
+        """Takes buffer[:count]; the work per byte is bounded, and no byte is looked at twice."""
+        message = self._message
+        size, left = self._size, self._left
+        for index in range(count):
+            byte = buffer[index]
+            if byte == 0:
+                self._size, self._left = -1, 0  # before the callback, in case it raises
+                self._finish(size, left)
+                size, left = -1, 0
+            elif left > 0:
+                message[size] = byte
+                size += 1
+                left -= 1
+            elif left == 0:
+                if size < 0:
+                    size = 0
+                else:
+                    message[size] = 0
+                    size += 1
+                left = byte - 1
+                if size + left > LIMIT:
+                    left = -1
+        self._size, self._left = size, left
+
+    def _finish(self, size, left):
+        counters = self.counters
+        message = self._message
+        if size < 0:
+            counters.empty = (counters.empty + 1) & COUNT_MAX
+        elif left < 0:
+            counters.over_long = (counters.over_long + 1) & COUNT_MAX
+        elif left > 0:
+            counters.cobs = (counters.cobs + 1) & COUNT_MAX
+        elif size < _HEADER + _CRC:
+            counters.length = (counters.length + 1) & COUNT_MAX
+        elif not is_intact(message, size):
+            counters.crc = (counters.crc + 1) & COUNT_MAX
+        elif message[0] != VERSION:
+            counters.version = (counters.version + 1) & COUNT_MAX
+        else:
+            sequence = message[2] | message[3] << 8
+            self._count_gap(sequence)
+            layout = _LAYOUTS.get(message[1])
+            if layout is None:
+                counters.unknown = (counters.unknown + 1) & COUNT_MAX
+            elif size != layout.size + _HEADER + _CRC:
+                counters.length = (counters.length + 1) & COUNT_MAX
+            elif not self._unpack(layout):
+                counters.out_of_range = (counters.out_of_range + 1) & COUNT_MAX
+            else:
+                counters.messages = (counters.messages + 1) & COUNT_MAX
+                self._on_message(layout.number, sequence, self._values[layout.number])
+
+    def _count_gap(self, sequence):
+        counters = self.counters
+        if self._sequence >= 0:
+            missing = (sequence - self._sequence - 1) & 0xFFFF
+            if missing == 0xFFFF:
+                counters.repeats = (counters.repeats + 1) & COUNT_MAX
+            else:
+                counters.gaps = (counters.gaps + missing) & COUNT_MAX
+        self._sequence = sequence
+
+    def _unpack(self, layout):
+        message = self._message
+        values = self._values[layout.number]
+        sizes = layout.sizes
+        formats = layout.formats
+        lows = layout.lows
+        highs = layout.highs
+        place = _HEADER
+        for k in range(len(sizes)):
+            size = sizes[k]
+            if formats[k] is None:
+                data = values[k]
+                for j in range(size):
+                    data[j] = message[place + j]
+                place += size
+                continue
+            place += size
+            value = message[place - 1]  # the highest byte first, while it says whether 30 bits suffice
+            if layout.signed[k]:
+                value = (value ^ 0x80) - 0x80
+            if size == 4:
+                if not -64 <= value < 64:
+                    return False
+                value = value << 8 | message[place - 2]
+                value = value << 8 | message[place - 3]
+            if size >= 2:
+                value = value << 8 | message[place - size]
+            if not lows[k] <= value <= highs[k]:
+                return False
+            values[k] = value
+        return True

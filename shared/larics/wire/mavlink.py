@@ -1,0 +1,182 @@
+"""Measurements as MAVLink 2, for vehicles that run ArduPilot or PX4.
+
+MARKER becomes LANDING_TARGET (149), POSE becomes VISION_POSITION_ESTIMATE (102), STATUS becomes HEARTBEAT
+(0), which is due once a second. What MAVLink has no word for is not sent: frames without a marker, markers
+with an uncertain or unconfirmed ID or without an offset, and poses that are not TRACKING (an estimator that
+fuses them must not be fed predictions).
+
+Body frame: x forward, y right, z down (BODY_FRD), so y, z and all angles change their sign. The map's
+x, y go out as the local frame's x, -y. Field layouts, message IDs and CRC_EXTRA are those of common.xml.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith.fixed import atan2_turn16, cos_q14, isqrt, sin_q14
+from larics.arith.float32 import put_float32, put_nan32
+from larics.kernels.crc import x25
+from larics.wire import messages as m
+
+_HEADER = const(10)
+_LONGEST = const(117)
+
+_HEARTBEAT = const(0)
+_LANDING_TARGET = const(149)
+_VISION_POSITION_ESTIMATE = const(102)
+
+_UNUSABLE = const(99)  # NONE, NO_OFFSET, ID_UNCERTAIN, UNCONFIRMED
+_TYPE_ONBOARD_CONTROLLER = const(18)
+_AUTOPILOT_INVALID = const(8)
+_STATE_STANDBY = const(3)
+_STATE_ACTIVE = const(4)
+_FRAME_BODY_FRD = const(12)
+_TARGET_VISION_FIDUCIAL = const(2)
+
+_STATUS_STATE = const(15)  # index of `state` in STATUS
+_COVARIANCE = const(42)  # place of the upper triangle, row by row
+_VARIANCE_UNMEASURED = const(100)  # (10 m)**2 for the height, and as much for roll and pitch
+
+
+class MavlinkEncoder:
+    """Encodes like larics.wire.codec.Encoder: n = encode(type, values), then send buffer[:n].
+
+    n is 0 for what is not sent. `uptime` is the Outbox's, for the time stamps.
+    """
+
+    def __init__(self, uptime, system=1, component=197):
+        self.buffer = bytearray(_HEADER + _LONGEST + 2)
+        self.sequence = 0
+        self._uptime = uptime
+        self._system = system
+        self._component = component
+
+    def encode(self, number, values):
+        buffer = self.buffer
+        if number == m.MARKER:
+            if values[2] & _UNUSABLE:
+                return 0
+            self._clear(60)
+            self._landing_target(values)
+            return self._finish(_LANDING_TARGET, 60, 200)
+        if number == m.POSE:
+            if values[2] != m.TRACKING:
+                return 0
+            self._clear(117)
+            self._vision_position(values)
+            return self._finish(_VISION_POSITION_ESTIMATE, 117, 158)
+        if number == m.STATUS:
+            self._clear(9)
+            buffer[_HEADER + 4] = _TYPE_ONBOARD_CONTROLLER
+            buffer[_HEADER + 5] = _AUTOPILOT_INVALID
+            active = values[_STATUS_STATE] != m.LOST
+            buffer[_HEADER + 7] = _STATE_ACTIVE if active else _STATE_STANDBY
+            buffer[_HEADER + 8] = 3  # MAVLink version
+            return self._finish(_HEARTBEAT, 9, 50)
+        return 0
+
+    def _clear(self, size):
+        for k in range(_HEADER + size):
+            self.buffer[k] = 0
+
+    def _landing_target(self, values):
+        buffer = self.buffer
+        x, y, z = values[6], -values[7], -values[8]
+        self._put_time(values[1])
+        depth = abs(z)
+        _put_angle(buffer, 18, atan2_turn16(x >> 2, depth >> 2))  # atan2 takes 22 bits: 0.4 mm
+        _put_angle(buffer, 22, atan2_turn16(y >> 2, depth >> 2))
+        put_float32(buffer, 26, _length(x, y, z), 10000)
+        # size_x, size_y: 0, not told
+        buffer[38] = values[3]
+        buffer[39] = _FRAME_BODY_FRD
+        put_float32(buffer, 40, x, 10000)
+        put_float32(buffer, 44, y, 10000)
+        put_float32(buffer, 48, z, 10000)
+        half_turn16 = ((36000 - values[9]) * 4096 + 2250) // 4500  # half of minus the heading
+        put_float32(buffer, 52, cos_q14(half_turn16), 16384)
+        put_float32(buffer, 64, sin_q14(half_turn16), 16384)
+        buffer[68] = _TARGET_VISION_FIDUCIAL
+        buffer[69] = 1  # position_valid
+
+    def _vision_position(self, values):
+        buffer = self.buffer
+        self._put_time(values[1])
+        put_float32(buffer, 18, values[4], 10000)
+        put_float32(buffer, 22, -values[5], 10000)
+        heading = values[6]
+        if heading > 18000:
+            heading -= 36000
+        # 0.01 degrees are 174.5329 millionths of a radian
+        put_float32(buffer, 38, -heading * 174 - heading * 5329 // 10000, 1000000)
+        sigma, sigma_cdeg = values[7], values[8]
+        if sigma == m.SIGMA_UNKNOWN or sigma_cdeg == m.SIGMA_UNKNOWN:
+            put_nan32(buffer, _COVARIANCE)
+            return
+        _put_variance(buffer, 0, sigma)
+        _put_variance(buffer, 6, sigma)
+        for index in (11, 15, 18):  # height, roll and pitch are not measured
+            put_float32(buffer, _COVARIANCE + 4 * index, _VARIANCE_UNMEASURED, 1)
+        _put_variance(buffer, 20, min(31416, sigma_cdeg * 1745 // 1000))
+
+    def _put_time(self, age_us):
+        """The time of the exposure, microseconds since start: 64 bits, byte by byte to stay within 30."""
+        seconds = self._uptime.s - age_us // 1000000
+        micros = self._uptime.us - age_us % 1000000
+        if micros < 0:
+            micros += 1000000
+            seconds -= 1
+        if seconds < 0:
+            seconds = micros = 0
+        buffer = self.buffer
+        for k in range(8):
+            micros += (seconds & 0xFF) * 1000000
+            buffer[_HEADER + k] = micros & 0xFF
+            micros >>= 8
+            seconds >>= 8
+
+    def _finish(self, message_id, size, extra):
+        buffer = self.buffer
+        while size > 1 and buffer[_HEADER + size - 1] == 0:
+            size -= 1  # MAVLink 2 leaves out the zeros at the end
+        buffer[0] = 0xFD
+        buffer[1] = size
+        buffer[4] = self.sequence
+        buffer[5] = self._system
+        buffer[6] = self._component
+        buffer[7] = message_id
+        self.sequence = (self.sequence + 1) & 0xFF
+        end = _HEADER + size
+        crc = x25(buffer, 1, end, extra)
+        buffer[end] = crc & 0xFF
+        buffer[end + 1] = crc >> 8
+        return end + 2
+
+
+def _put_angle(buffer, place, turn16):
+    """An angle in 1/65536 turn as radians, -pi..pi."""
+    if turn16 >= 32768:
+        turn16 -= 65536
+    # 2 pi / 65536 is 95.87380 millionths
+    put_float32(buffer, place, turn16 * 95 + turn16 * 8738 // 10000, 1000000)
+
+
+def _put_variance(buffer, index, sigma_e4):
+    """The square of a standard deviation in 1/10000 m or rad as a diagonal item; never 0."""
+    place = _COVARIANCE + 4 * index
+    if sigma_e4 < 16384:
+        put_float32(buffer, place, max(1, sigma_e4 * sigma_e4 >> 3), 12500000)
+    else:
+        put_float32(buffer, place, (sigma_e4 >> 3) * (sigma_e4 >> 3), 1562500)
+
+
+def _length(x, y, z):
+    """Length of a vector of up to 2**20 each, to 1/2048 of its size, within 30 bits."""
+    shift = 0
+    while abs(x) > 16383 or abs(y) > 16383 or abs(z) > 16383:
+        x >>= 1
+        y >>= 1
+        z >>= 1
+        shift += 1
+    return isqrt(x * x + y * y + z * z) << shift

@@ -1,0 +1,275 @@
+"""Every message on the wire, defined once; the C header and docs/wire.md are generated from here.
+
+A field is (name, code, unit, min, max, meaning). Codes are those of `struct`, little-endian: B b H h I i,
+and "64s" for so many bytes. All 32-bit fields stay within 30 bits, so that a 32-bit board holds them
+without allocating; counters wrap to 0 after COUNT_MAX. A value outside min..max is never sent, and a
+receiver refuses the message. What the codes mean is told in `larics_host.wire_names`.
+
+Rules for versions: byte 0 (version), byte 1 (type), bytes 2..3 (sequence) and the CRC-32 at the end keep
+their places for ever. A type never changes its fields: what needs another field gets a new type number,
+or VERSION goes up when most would change. Receivers skip and count unknown types and other versions.
+Numbers below FIRST_COMMAND go from the camera to the vehicle, the others from the vehicle to the camera;
+each command begins with a token, which its answer returns.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+VERSION = const(1)
+FIRST_COMMAND = const(64)
+COUNT_MAX = const(0x3FFFFFFF)
+
+INFO = const(1)
+MARKER = const(2)
+POSE = const(3)
+STATUS = const(4)
+ACK = const(5)
+NACK = const(6)
+SETTING = const(7)
+RAW_HEADER = const(8)
+RAW_CHUNK = const(9)
+GET_INFO = const(64)
+PING = const(65)
+GET_SETTING = const(66)
+SET_SETTING = const(67)
+SAVE_SETTINGS = const(68)
+GET_RAW = const(69)
+GET_RAW_AGAIN = const(70)
+RESTART = const(71)
+
+# MARKER.flags: the first five are Detection's
+MARKER_ID_UNCERTAIN = const(1)
+MARKER_UNCONFIRMED = const(2)
+MARKER_TRACKED = const(4)
+MARKER_BORDER = const(8)
+MARKER_MODEL = const(16)
+MARKER_NONE = const(32)
+MARKER_NO_OFFSET = const(64)
+
+ID_NONE = const(255)
+ROUTE_NONE = const(65535)
+DIRECTION_NONE = const(36000)
+SIGMA_UNKNOWN = const(65535)
+
+LOST = const(0)
+COASTING = const(1)
+TRACKING = const(2)
+
+SETTING_VALUES = const(8)  # how many values one SETTING or SET_SETTING carries
+RAW_CHUNK_BYTES = const(64)
+
+# NACK.reason
+NACK_UNKNOWN_KEY = const(1)
+NACK_RANGE = const(2)
+NACK_LENGTH = const(3)
+NACK_LIST_ORDER = const(4)
+NACK_CONFLICT = const(5)
+NACK_STORAGE = const(6)
+NACK_BUSY = const(7)
+NACK_NO_FRAME = const(8)
+NACK_TRANSFER = const(9)
+NACK_CHUNK = const(10)
+NACK_TOKEN = const(11)
+NACK_BOOT = const(12)
+NACK_UNKNOWN_COMMAND = const(13)
+
+# STATUS.last_fault, and the bits of STATUS.active_faults
+FAULT_CAMERA_TIMEOUT = const(1)
+FAULT_CAMERA_RESET = const(2)
+FAULT_UART_WRITE = const(3)
+FAULT_SETTINGS_MISSING = const(4)
+FAULT_SETTINGS_CORRUPT = const(5)
+FAULT_SETTINGS_VERSION = const(6)
+FAULT_STORAGE = const(7)
+FAULT_DETECT = const(8)
+FAULT_MEMORY = const(9)
+FAULT_SAVE_INTERRUPTED = const(10)
+FAULT_WATCHDOG = const(11)
+FAULT_SAFE_MODE = const(12)
+FAULT_CAMERA = const(13)
+FAULT_COMMAND = const(14)
+FAULT_LOOP = const(15)
+FAULT_MARKER_UNKNOWN = const(16)
+FAULT_MARKER_HEIGHT = const(17)
+FAULT_MARKER_PLACE = const(18)
+FAULT_ROUTE = const(19)
+
+_TOKEN = ("token", "H", "", 0, 65535, "returned by the answer; a retry repeats it, a new command does not")
+_FRAME = ("frame", "I", "", 0, COUNT_MAX, "number of the camera frame, wraps to 0 after 2**30 - 1")
+
+
+def _values(code, low, high, meaning):
+    return tuple(("value%d" % k, code, "", low, high, meaning) for k in range(SETTING_VALUES))
+
+
+_PART = (
+    ("key", "B", "", 0, 255, "number of the setting"),
+    ("first", "H", "", 0, 65535, "index of value0 within a list; 0 for single values"),
+    ("count", "H", "", 0, 65535, "length of the whole list; 1 for single values"),
+) + _values("i", -COUNT_MAX, COUNT_MAX, "value of index first + k; 0 where there is none")
+
+# (name, type number, meaning, fields)
+MESSAGES = (
+    (
+        "INFO",
+        INFO,
+        "who is speaking: at start and as answer to GET_INFO",
+        (
+            ("token", "H", "", 0, 65535, "of GET_INFO; 0 at start"),
+            ("boot", "H", "", 0, 65535, "drawn at random at each start; RESTART needs it"),
+            ("version_major", "B", "", 0, 255, "version of the firmware"),
+            ("version_minor", "B", "", 0, 255, "version of the firmware"),
+            ("version_patch", "B", "", 0, 255, "version of the firmware"),
+            ("width", "H", "px", 0, 65535, "frame width"),
+            ("height", "H", "px", 0, 65535, "frame height"),
+            ("settings", "B", "", 0, 255, "highest key of a setting"),
+            ("board", "16s", "", 0, 255, "board name, ASCII, padded with 0"),
+            ("unique_id", "12s", "", 0, 255, "unique ID of the processor, padded with 0"),
+        ),
+    ),
+    (
+        "MARKER",
+        MARKER,
+        "one marker in one processed frame; sent with count 0 when the frame has none",
+        (
+            _FRAME,
+            ("age_us", "I", "us", 0, COUNT_MAX, "from the middle of the exposure to the start of sending"),
+            ("flags", "H", "", 0, 127, "sum of MARKER flags"),
+            ("id", "B", "", 0, 255, "marker ID, or 255 for none or uncertain"),
+            ("index", "B", "", 0, 254, "which of the markers of this frame, 0..count-1; 0 when count is 0"),
+            ("count", "B", "", 0, 255, "number of markers in this frame"),
+            ("x_mm10", "i", "0.1 mm", -1000000, 1000000, "marker centre minus vehicle origin, forward"),
+            ("y_mm10", "i", "0.1 mm", -1000000, 1000000, "the same, to the left"),
+            ("z_mm10", "i", "0.1 mm", -1000000, 1000000, "the same, up"),
+            ("heading_cdeg", "H", "0.01 deg", 0, 35999, "orientation line, vehicle frame, ccw from above"),
+            ("margin", "B", "", 0, 255, "how far the weakest decision is from its limit"),
+            ("radius_q8", "H", "1/256 px", 0, 65535, "outer ring in the image; 65535 for that and more"),
+        ),
+    ),
+    (
+        "POSE",
+        POSE,
+        "the vehicle in the map, once for each processed frame when there is a map",
+        (
+            _FRAME,
+            ("age_us", "I", "us", 0, COUNT_MAX, "since the last measurement that the pose rests on"),
+            ("state", "B", "", 0, 2, "POSE state"),
+            ("id", "B", "", 0, 255, "marker of that measurement, 255 for none"),
+            ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame"),
+            ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame"),
+            ("heading_cdeg", "H", "0.01 deg", 0, 35999, "vehicle's x axis, map frame, counterclockwise"),
+            ("sigma_mm10", "H", "0.1 mm", 0, 65535, "standard deviation of x and of y; 65535 unknown"),
+            ("sigma_cdeg", "H", "0.01 deg", 0, 65535, "standard deviation of the heading; 65535 unknown"),
+            ("route_position", "H", "", 0, 65535, "index in the route of the marker reached; 65535 none"),
+            ("next_cdeg", "H", "0.01 deg", 0, 36000, "direction to go on, vehicle frame; 36000 none"),
+        ),
+    ),
+    (
+        "STATUS",
+        STATUS,
+        "health, once a second; counters since start",
+        (
+            ("version_major", "B", "", 0, 255, "version of the firmware"),
+            ("version_minor", "B", "", 0, 255, "version of the firmware"),
+            ("version_patch", "B", "", 0, 255, "version of the firmware"),
+            ("boot", "H", "", 0, 65535, "as in INFO"),
+            ("uptime_s", "I", "s", 0, COUNT_MAX, "time since start"),
+            ("frames", "I", "", 0, COUNT_MAX, "frames processed"),
+            ("missed", "I", "", 0, COUNT_MAX, "camera frames not processed, because a newer one was there"),
+            ("detections", "I", "", 0, COUNT_MAX, "markers reported"),
+            ("rejects", "I", "", 0, COUNT_MAX, "candidates refused"),
+            ("drops", "I", "", 0, COUNT_MAX, "measurements replaced by newer ones before they were sent"),
+            ("crc_errors", "I", "", 0, COUNT_MAX, "received frames with a wrong CRC"),
+            ("line_errors", "I", "", 0, COUNT_MAX, "received frames refused for any other reason"),
+            ("faults", "I", "", 0, COUNT_MAX, "number of faults"),
+            ("last_fault", "B", "", 0, 255, "code of the last fault, 0 for none"),
+            ("active_faults", "I", "", 0, COUNT_MAX, "faults that last: bit n stands for code n"),
+            ("state", "B", "", 0, 2, "POSE state; without a map, of the marker"),
+            ("exposure_us", "I", "us", 0, COUNT_MAX, "exposure time"),
+            ("gain_cdb", "H", "0.01 dB", 0, 65535, "camera gain"),
+            ("grey_mean", "B", "", 0, 255, "mean grey of the last frame"),
+            ("rate_chz", "H", "0.01 Hz", 0, 65535, "frames processed a second"),
+            ("frame_us", "I", "us", 0, COUNT_MAX, "mean time from frame to frame"),
+            ("detect_us", "I", "us", 0, COUNT_MAX, "mean time of a detection"),
+            ("latency_us", "I", "us", 0, COUNT_MAX, "longest time from capture to sending in this second"),
+            ("free_bytes", "I", "", 0, COUNT_MAX, "free heap"),
+        ),
+    ),
+    (
+        "ACK",
+        ACK,
+        "the command was carried out; after the data it asked for",
+        (_TOKEN, ("command", "B", "", 0, 255, "type number of the command")),
+    ),
+    (
+        "NACK",
+        NACK,
+        "the command was refused and changed nothing",
+        (
+            _TOKEN,
+            ("command", "B", "", 0, 255, "type number of the command"),
+            ("reason", "B", "", 0, 255, "NACK reason"),
+            ("detail", "B", "", 0, 255, "key of the setting in question, else 0"),
+        ),
+    ),
+    ("SETTING", SETTING, "up to eight values of one setting: answer to GET_SETTING", (_TOKEN,) + _PART),
+    (
+        "RAW_HEADER",
+        RAW_HEADER,
+        "what the raw frame is whose chunks follow",
+        (
+            ("token", "H", "", 0, 65535, "of GET_RAW; names the transfer"),
+            _FRAME,
+            ("width", "H", "px", 1, 65535, "frame width"),
+            ("height", "H", "px", 1, 65535, "frame height"),
+            ("chunks", "H", "", 1, 65535, "number of chunks"),
+            ("crc_low", "H", "", 0, 65535, "CRC-32 of all pixels, low half"),
+            ("crc_high", "H", "", 0, 65535, "CRC-32 of all pixels, high half"),
+        ),
+    ),
+    (
+        "RAW_CHUNK",
+        RAW_CHUNK,
+        "64 pixels of a raw frame, row by row; sent when the line is otherwise idle",
+        (
+            ("token", "H", "", 0, 65535, "of GET_RAW"),
+            ("chunk", "H", "", 0, 65535, "index: the first pixel is number 64 * chunk"),
+            ("data", "64s", "", 0, 255, "8-bit pixels; 0 after the last one"),
+        ),
+    ),
+    ("GET_INFO", GET_INFO, "answered by INFO, then ACK", (_TOKEN,)),
+    ("PING", PING, "answered by ACK", (_TOKEN,)),
+    (
+        "GET_SETTING",
+        GET_SETTING,
+        "answered by SETTING, one for each eight values, then ACK",
+        (_TOKEN, ("key", "B", "", 0, 255, "number of the setting")),
+    ),
+    (
+        "SET_SETTING",
+        SET_SETTING,
+        "up to eight values; a list takes effect with its last part",
+        (_TOKEN,) + _PART,
+    ),
+    ("SAVE_SETTINGS", SAVE_SETTINGS, "writes all settings to flash", (_TOKEN,)),
+    ("GET_RAW", GET_RAW, "answered by RAW_HEADER and ACK, then all RAW_CHUNKs", (_TOKEN,)),
+    (
+        "GET_RAW_AGAIN",
+        GET_RAW_AGAIN,
+        "sends chunks again, of the frame still kept",
+        (
+            _TOKEN,
+            ("transfer", "H", "", 0, 65535, "token of the GET_RAW"),
+            ("first", "H", "", 0, 65535, "first chunk"),
+            ("count", "H", "", 1, 65535, "number of chunks"),
+        ),
+    ),
+    (
+        "RESTART",
+        RESTART,
+        "restarts after its ACK was sent",
+        (_TOKEN, ("boot", "H", "", 0, 65535, "from INFO or STATUS, so that a retry cannot restart twice")),
+    ),
+)

@@ -1,0 +1,141 @@
+"""Measurements as lines of text like those of NMEA 0183, readable in any terminal.
+
+    $PLRCM,frame,age_ms,flags,id,index,count,x_mm,y_mm,z_mm,heading_deg,margin,radius_px*hh
+    $PLRCP,frame,age_ms,state,id,x_mm,y_mm,heading_deg,sigma_mm,sigma_deg,route,next_deg*hh
+    $PLRCS,version,uptime_s,frames,missed,detections,rejects,drops,crc,line,faults,last,active,state,
+           exposure_us,gain_db,grey,rate_hz,frame_us,detect_us,latency_us,free*hh
+
+hh is the exclusive or of everything between $ and *, in hexadecimal; each line ends with CR and LF. What
+is unknown or none stays empty. state is T tracking, C coasting, L lost. Lines are at most LONGEST bytes,
+which is more than the 82 of NMEA when counters are high.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.wire import messages as m
+
+LONGEST = const(256)
+
+_STATES = b"LCT"
+_HEX = b"0123456789ABCDEF"
+_SIGMA_MM10, _SIGMA_CDEG = const(7), const(8)
+
+
+class NmeaEncoder:
+    """Encodes like larics.wire.codec.Encoder: n = encode(type, values), then send buffer[:n].
+
+    n is 0 for types that have no line.
+    """
+
+    def __init__(self):
+        self.buffer = bytearray(LONGEST)
+        self._end = 0
+
+    def encode(self, number, values):
+        self._end = 0
+        if number == m.MARKER:
+            self._text(b"$PLRCM")
+            self._marker(values)
+        elif number == m.POSE:
+            self._text(b"$PLRCP")
+            self._pose(values)
+        elif number == m.STATUS:
+            self._text(b"$PLRCS")
+            self._status(values)
+        else:
+            return 0
+        return self._finish()
+
+    def _marker(self, values):
+        self._number(values[0], 0)
+        self._number(values[1] // 100, 1)
+        self._number(values[2], 0)
+        self._number_unless(values[3], m.ID_NONE, 0)
+        self._number(values[4], 0)
+        self._number(values[5], 0)
+        seen = not values[2] & m.MARKER_NONE
+        placed = seen and not values[2] & m.MARKER_NO_OFFSET
+        for k in range(6, 9):
+            self._number_if(placed, values[k], 1)
+        self._number_if(seen, values[9], 2)
+        self._number_if(seen, values[10], 0)
+        self._number_if(seen, values[11] * 10 >> 8, 1)
+
+    def _pose(self, values):
+        self._number(values[0], 0)
+        self._number(values[1] // 100, 1)
+        self._byte(0x2C)
+        self._byte(_STATES[values[2]])
+        self._number_unless(values[3], m.ID_NONE, 0)
+        self._number(values[4], 1)
+        self._number(values[5], 1)
+        self._number(values[6], 2)
+        self._number_unless(values[7], m.SIGMA_UNKNOWN, 1)
+        self._number_unless(values[8], m.SIGMA_UNKNOWN, 2)
+        self._number_unless(values[9], m.ROUTE_NONE, 0)
+        self._number_unless(values[10], m.DIRECTION_NONE, 2)
+
+    def _status(self, values):
+        self._number(values[0], 0)
+        self._byte(0x2E)
+        self._digits(values[1], 0)
+        self._byte(0x2E)
+        self._digits(values[2], 0)
+        for k in range(4, 24):
+            if k == 15:
+                self._byte(0x2C)
+                self._byte(_STATES[values[k]])
+            else:
+                self._number(values[k], 2 if k == 17 or k == 19 else 0)
+
+    def _finish(self):
+        check = 0
+        for k in range(1, self._end):
+            check ^= self.buffer[k]
+        self._byte(0x2A)
+        self._byte(_HEX[check >> 4])
+        self._byte(_HEX[check & 15])
+        self._byte(13)
+        self._byte(10)
+        return self._end
+
+    def _byte(self, byte):
+        self.buffer[self._end] = byte
+        self._end += 1
+
+    def _text(self, text):
+        for k in range(len(text)):
+            self._byte(text[k])
+
+    def _number_unless(self, value, none, decimals):
+        self._number_if(value != none, value, decimals)
+
+    def _number_if(self, known, value, decimals):
+        if known:
+            self._number(value, decimals)
+        else:
+            self._byte(0x2C)
+
+    def _number(self, value, decimals):
+        """A comma and value / 10**decimals."""
+        self._byte(0x2C)
+        if value < 0:
+            self._byte(0x2D)
+            value = -value
+        self._digits(value, decimals)
+
+    def _digits(self, value, decimals):
+        scale = 1
+        places = 1
+        while places <= decimals or value // scale >= 10:
+            scale *= 10
+            places += 1
+        while places:
+            if places == decimals:
+                self._byte(0x2E)
+            self._byte(0x30 + value // scale % 10)
+            scale //= 10
+            places -= 1
