@@ -1,4 +1,4 @@
-"""Writes shared/larics/arith/tables.py: the constant tables of the integer code, as bytes that stay in flash."""
+"""Writes shared/larics/arith/tables.py: constant tables of the integer code, as bytes that stay in flash."""
 
 import math
 import pathlib

@@ -17,6 +17,7 @@ from mcap.reader import NonSeekingReader, make_reader
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import cli
+from larics_host.connection import byte_sources
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver, wire_bytes
 from larics_host.logs.log_reader import Pacer, Piece, read_pieces
@@ -243,7 +244,7 @@ def test_a_signal_while_data_is_at_hand_loses_none(tmp_path, monkeypatch, capsys
         def close(self):
             pass
 
-    monkeypatch.setattr(link, "SerialSource", lambda port, baud: Source())
+    monkeypatch.setattr(byte_sources, "SerialSource", lambda port, baud: Source())
     assert threading.current_thread() is threading.main_thread()
     assert cli.main(["log", "--port", "x", "-o", str(tmp_path / "run")]) == 0
     assert len(rows(tmp_path / "run.csv")) == 1

@@ -136,7 +136,9 @@ AXES_48 = (
 )
 
 # 128 + 127 * cos, sin, cos 2, sin 2 of the middles of the first 4 of 16 sectors; uint8
-HARMONICS_4 = b"\xfd\x99\xf5\xb1\xea\xc7\xb1\xf5\xc7\xea\x4f\xf5\x99\xfd\x0b\xb1"
+HARMONICS_4 = (
+    b"\xfd\x99\xf5\xb1\xea\xc7\xb1\xf5\xc7\xea\x4f\xf5\x99\xfd\x0b\xb1"
+)
 
 # ones in 0..255; uint8
 BIT_COUNT = (
