@@ -28,9 +28,11 @@ test: $(READY)  ## all tests: host, both interpreters, C parser
 	$(BIN)/ruff check .
 	$(BIN)/python -m pytest
 
-lint: $(READY)  ## style and import rules
+lint: $(READY)  ## style, format, import rules, types
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/python tools/check_rules.py
+	$(BIN)/mypy
 
 bench: $(READY)  ## quality, stresses, time and instructions beside the peers (FRAMES=2000 for figures)
 	$(BIN)/python tools/bench.py --frames $(or $(FRAMES),100) $(BENCH)

@@ -4,6 +4,7 @@
 - the packages of shared/larics import only those that `ARROWS` gives them, so that there is no circle
 - firmware and host never import each other
 - a module of kernels holds viper functions and nothing else, in the style all executors agree on
+- public functions of host are annotated, so that `mypy` has something to check
 """
 
 import ast
@@ -150,6 +151,27 @@ def kernel_violations(tree):
             yield node.lineno, "a kernels module holds viper functions and nothing else"
 
 
+def _lacks_annotations(function):
+    """Whether a parameter (the first of a method's apart) or the result has no type."""
+    given = function.args.posonlyargs + function.args.args + function.args.kwonlyargs
+    given += [extra for extra in (function.args.vararg, function.args.kwarg) if extra]
+    untyped = [argument.arg for argument in given if argument.annotation is None]
+    return function.returns is None or any(name not in ("self", "cls") for name in untyped)
+
+
+def annotation_violations(node, inside=""):
+    """Public functions and methods of public classes without types; what is inside a function is private."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.ClassDef) and not child.name.startswith("_"):
+            yield from annotation_violations(child, inside + child.name + ".")
+        elif isinstance(child, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            public = child.name == "__init__" or not child.name.startswith("_")
+            if public and _lacks_annotations(child):
+                yield child.lineno, "%s lacks type annotations" % (inside + child.name)
+        elif isinstance(child, (ast.If, ast.Try)):
+            yield from annotation_violations(child, inside)
+
+
 def check(name, source, firmware_modules=()):
     """The violations of one file as (line, text); `name` is its path from the root, with slashes."""
     tree = ast.parse(source, name)
@@ -163,6 +185,7 @@ def check(name, source, firmware_modules=()):
         yield from import_violations(tree, forbidden={"larics_host"})
     elif name.startswith("host/"):
         yield from import_violations(tree, forbidden={"firmware", *firmware_modules})
+        yield from annotation_violations(tree)
 
 
 def check_tree(root=ROOT):

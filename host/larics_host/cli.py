@@ -12,10 +12,13 @@ Only the module of the command in use is imported, so a missing optional depende
 alone. `larics --help` imports them all: keep slow imports inside `run`.
 """
 
+from __future__ import annotations
+
 import argparse
 import importlib
 import os
 import sys
+from collections.abc import Sequence
 
 from larics import __version__
 from larics_host.errors import UserError, report
@@ -76,7 +79,7 @@ def _add_command(commands, name):
     parser.set_defaults(run=module.run)
 
 
-def build_parser(only=None):
+def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     """The parser with all sub-commands, or with the one named `only`."""
     parser = _Parser(
         prog="larics",
@@ -106,7 +109,7 @@ def _leave_broken_pipe():
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command line; returns the exit code (2 for bad input, 130 when interrupted)."""
     argv = sys.argv[1:] if argv is None else list(argv)
     _print_anything()

@@ -1,13 +1,21 @@
 """Plots by matplotlib, an optional package: figures as PNG bytes."""
 
+from __future__ import annotations
+
 import io
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 COLOURS = ("#0b5fa5", "#d97b1a", "#2e8b57", "#b03060")
 
 
-def new_figure(width_in, height_in):
+def new_figure(width_in: float, height_in: float) -> Figure:
     """A matplotlib Figure; UserError when matplotlib is not installed."""
     try:
         from matplotlib.figure import Figure
@@ -16,14 +24,14 @@ def new_figure(width_in, height_in):
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
-def png(figure, dpi=100):
+def png(figure: Figure, dpi: int = 100) -> bytes:
     """The figure as the bytes of a PNG."""
     file = io.BytesIO()
     figure.savefig(file, format="png", dpi=dpi)
     return file.getvalue()
 
 
-def shares(curves, label):
+def shares(curves: Iterable[tuple[str, Sequence[float]]], label: str) -> bytes:
     """Share of the values that are at most so large, over their size on a logarithmic axis, as PNG.
 
     curves: [(name, values)]."""

@@ -1,10 +1,18 @@
 """A progress bar on standard error, for a person who would otherwise see nothing happen."""
 
+from __future__ import annotations
+
 import contextlib
 import sys
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
-def watched(items, total=None, label="frames", quiet_stdout=False):
+def watched(
+    items: Iterable[T], total: int | None = None, label: str = "frames", quiet_stdout: bool = False
+) -> Iterator[T]:
     """Passes `items` through and shows how far they are; `total` is their number, None when unknown.
 
     Silent unless standard error is a terminal and standard output is not: a table there shows the same.
@@ -25,7 +33,7 @@ def watched(items, total=None, label="frames", quiet_stdout=False):
 
 
 @contextlib.contextmanager
-def measured(total, label="frames"):
+def measured(total: int, label: str = "frames") -> Iterator[Callable[[float], object]]:
     """A function to call with how much is done, parts of an item too, shown as a bar on a terminal."""
     from rich.console import Console
     from rich.progress import Progress

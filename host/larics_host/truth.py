@@ -1,10 +1,17 @@
 """What is really to be seen in a frame: the record that renderer, validation and demo share, as CSV."""
 
+from __future__ import annotations
+
 import csv
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
 
 
 @dataclass
@@ -60,7 +67,7 @@ def _text(name, value):
 class TruthWriter:
     """Writes records to a CSV as they come, so that an interrupted run keeps what it has."""
 
-    def __init__(self, path):
+    def __init__(self, path: StrPath) -> None:
         try:
             self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 (closed in close())
         except OSError as error:
@@ -68,12 +75,12 @@ class TruthWriter:
         self._writer = csv.writer(self._file, lineterminator="\n")
         self._writer.writerow(COLUMNS)
 
-    def write(self, truths):
+    def write(self, truths: Iterable[Truth]) -> None:
         """Append the records of one frame."""
         for truth in truths:
             self._writer.writerow([_text(name, getattr(truth, name)) for name in COLUMNS])
 
-    def close(self):
+    def close(self) -> None:
         """End the file."""
         self._file.close()
 
@@ -84,7 +91,7 @@ class TruthWriter:
         self.close()
 
 
-def write_truth(path, truths):
+def write_truth(path: StrPath, truths: Iterable[Truth]) -> None:
     """Write all records to one CSV file."""
     with TruthWriter(path) as writer:
         writer.write(truths)
@@ -98,7 +105,7 @@ def _value(name, text):
     return int(text) if name in ("time_us", "id") else float(text)
 
 
-def read_truth(path):
+def read_truth(path: StrPath) -> list[Truth]:
     """The records of a truth CSV, in its order; `path` is the file or the folder that holds truth.csv.
 
     Raises UserError for a file that is missing, lacks a column or has a cell that is no number.
@@ -125,9 +132,9 @@ def read_truth(path):
     return truths
 
 
-def by_frame(truths):
+def by_frame(truths: Iterable[Truth]) -> dict[str, list[Truth]]:
     """{frame name: list of its markers' records (empty for a frame without a marker)}, in file order."""
-    frames = {}
+    frames: dict[str, list[Truth]] = {}
     for truth in truths:
         markers = frames.setdefault(truth.frame, [])
         if truth.id is not None:

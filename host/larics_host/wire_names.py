@@ -3,6 +3,8 @@
 A board never imports this: the numbers are in `larics.wire.messages`.
 """
 
+from __future__ import annotations
+
 from larics.wire import messages as m
 
 # (group, ((name, number, meaning), ...))
@@ -101,7 +103,7 @@ ENUMS = (
 )
 
 
-def name_of(group, number):
+def name_of(group: str, number: int) -> str:
     """The name of a number in one of the ENUMS, without its prefix, lower case; the number if unknown."""
     for title, entries in ENUMS:
         if title == group:

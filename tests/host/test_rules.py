@@ -118,3 +118,24 @@ def test_a_violation_in_a_tree_is_reported_with_its_place(tmp_path):
         "host/larics_host/b.py:1: must not import cameras",
     ]
     assert files == 5
+
+
+@pytest.mark.parametrize(
+    "source, expected",
+    [
+        ("def f(x: int):\n    pass\n", ["f lacks type annotations"]),
+        ("def f(x, y: int) -> int:\n    return x\n", ["f lacks type annotations"]),
+        ("def f(*x: int, **y) -> None:\n    pass\n", ["f lacks type annotations"]),
+        ("class A:\n    def __init__(self):\n        pass\n", ["A.__init__ lacks type annotations"]),
+        (
+            "if x:\n    def f():\n        pass\n",
+            ["f lacks type annotations"],
+        ),
+        ("class A:\n    def __init__(self, x: int) -> None:\n        def g(y):\n            pass\n", []),
+        ("class _A:\n    def f(self):\n        pass\n", []),
+        ("def _f(x):\n    pass\n", []),
+    ],
+)
+def test_public_functions_of_the_host_are_annotated(source, expected):
+    assert texts("host/larics_host/x.py", source) == expected
+    assert texts("firmware/x.py", source) == []

@@ -1,11 +1,19 @@
 """The camera of larics.locate.camera_model in floating point, on whole arrays: for fitting."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from larics_host.calibration import mounting
+
+if TYPE_CHECKING:
+    from larics.settings import Settings
+    from larics_host.annotations import Numbers
+
 
 _RIM = np.linspace(0, 2 * math.pi, 36, endpoint=False)
 # area of a regular polygon over that of its circle
@@ -29,16 +37,16 @@ class CameraModel:
     tilt_left_deg: float = 0.0
 
     @property
-    def rotation(self):
+    def rotation(self) -> np.ndarray:
         """3x3: camera -> vehicle frame."""
         return mounting.rotation(self.mount_deg, self.tilt_forward_deg, self.tilt_left_deg)
 
-    def turned(self, angle_deg):
+    def turned(self, angle_deg: float) -> CameraModel:
         """The same camera turned about the vehicle's vertical axis, its lean with it."""
         mount, forward, left = mounting.angles(mounting.about("z", angle_deg) @ self.rotation)
         return replace(self, mount_deg=mount % 360, tilt_forward_deg=forward, tilt_left_deg=left)
 
-    def plane(self, x_px, y_px):
+    def plane(self, x_px: Numbers, y_px: Numbers) -> np.ndarray:
         """Where pixels look at, on a level plane one unit above the lens: (..., 2), forward and left."""
         side = -1.0 if self.mirrored else 1.0
         u = side * (np.asarray(x_px, float) - self.center_px[0]) / self.focal_px
@@ -53,7 +61,7 @@ class CameraModel:
         rays = np.stack([u * scale, v * scale, np.ones_like(u)], axis=-1) @ self.rotation.T
         return rays[..., :2] / rays[..., 2:]
 
-    def project(self, points):
+    def project(self, points: np.ndarray) -> np.ndarray:
         """Pixels (..., 2) of points (..., 2) on that plane."""
         points = np.asarray(points, float)
         rays = np.concatenate([points, np.ones_like(points[..., :1])], axis=-1) @ self.rotation
@@ -63,7 +71,7 @@ class CameraModel:
         side = -1.0 if self.mirrored else 1.0
         return np.stack([self.center_px[0] + side * flat[..., 0], self.center_px[1] + flat[..., 1]], axis=-1)
 
-    def radius_px(self, x_px, y_px, ring):
+    def radius_px(self, x_px: Numbers, y_px: Numbers, ring: Numbers) -> np.ndarray:
         """Radius in the image (geometric mean of the axes) of rings centred at these pixels; `ring` is
         their radius over their height above the lens."""
         rim = ring * np.stack([np.cos(_RIM), np.sin(_RIM)], axis=-1)
@@ -72,7 +80,7 @@ class CameraModel:
         area = np.abs(np.sum(x * np.roll(y, -1, -1) - np.roll(x, -1, -1) * y, axis=-1)) / 2
         return np.sqrt(area / (math.pi * _POLYGON))
 
-    def heading_deg(self, x_px, y_px, image_deg):
+    def heading_deg(self, x_px: Numbers, y_px: Numbers, image_deg: Numbers) -> np.ndarray:
         """Direction in the vehicle frame, 0..360, of what has this image angle at these pixels."""
         angle = np.radians(image_deg)
         dx, dy = _HEADING_STEP_PX * np.cos(angle), -_HEADING_STEP_PX * np.sin(angle)
@@ -80,7 +88,7 @@ class CameraModel:
         return np.degrees(np.arctan2(step[..., 1], step[..., 0])) % 360
 
 
-def model_of(settings, width, height):
+def model_of(settings: Settings, width: int, height: int) -> CameraModel:
     """The CameraModel of a larics.settings.Settings for frames of this size. Without a focal length it has
     one that only serves to begin a fit with."""
     center = (
@@ -101,7 +109,7 @@ def model_of(settings, width, height):
     )
 
 
-def settings_of(model):
+def settings_of(model: CameraModel) -> dict[str, Any]:
     """{setting: value} of a model."""
     return {
         "width": model.width,

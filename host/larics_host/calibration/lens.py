@@ -5,13 +5,21 @@ model gives; the measured centre says where, the measured radius how large. The 
 direction, which are unknown in every frame, drop out.
 """
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from larics_host.calibration.camera_model import CameraModel
 from larics_host.errors import UserError
 from larics_host.wording import counted
+
+if TYPE_CHECKING:
+    from larics_host.calibration.observe import Observations
+
 
 SCALE = ("focal_px",)
 LENS = ("focal_px", "tilt_forward_deg", "tilt_left_deg", "k1")
@@ -40,11 +48,13 @@ class LensFit:
     residuals_px: np.ndarray
 
     @property
-    def rms_px(self):
+    def rms_px(self) -> float:
         return float(np.sqrt(np.mean(self.residuals_px**2)))
 
 
-def fit(observations, model, free, height_mm, outer_mm):
+def fit(
+    observations: Observations, model: CameraModel, free: Sequence[str], height_mm: float, outer_mm: float
+) -> LensFit:
     """Fits the parameters named by `free` to the radii.
 
     height_mm: markers above the lens;  outer_mm: radius of their outer ring

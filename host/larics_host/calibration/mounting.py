@@ -1,11 +1,13 @@
 """A camera's rotation matrix and the three angles by which larics.locate.camera_model knows it."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
 
 
-def about(axis, angle_deg):
+def about(axis: str, angle_deg: float) -> np.ndarray:
     """3x3 right-handed rotation about "x", "y" or "z"."""
     cos, sin = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
     if axis == "x":
@@ -19,12 +21,12 @@ def about(axis, angle_deg):
 LEVEL = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-def rotation(mount_deg, tilt_forward_deg, tilt_left_deg):
+def rotation(mount_deg: float, tilt_forward_deg: float, tilt_left_deg: float) -> np.ndarray:
     """Camera axes (image right, image down, out of the lens) -> vehicle frame."""
     return about("y", tilt_forward_deg) @ about("x", -tilt_left_deg) @ about("z", mount_deg) @ LEVEL
 
 
-def angles(matrix):
+def angles(matrix: np.ndarray) -> tuple[float, float, float]:
     """(mount, tilt forward, tilt left) in degrees of a rotation; the inverse of `rotation`."""
     axis = matrix[:, 2]
     left = math.asin(max(-1.0, min(1.0, axis[1])))

@@ -1,7 +1,10 @@
 """Markers seen in frames, as arrays for the fits."""
 
+from __future__ import annotations
+
 from collections import Counter
-from typing import NamedTuple
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -9,6 +12,11 @@ from larics_host.detection import batch
 from larics_host.errors import UserError
 from larics_host.progress import watched
 from larics_host.wording import counted
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+    from larics_host.detection.options import DetectionOptions
+
 
 _UNWANTED = {"border", "id_uncertain", "unconfirmed"}
 
@@ -27,16 +35,16 @@ class Observations(NamedTuple):
     radius_px: np.ndarray
     heading_deg: np.ndarray
 
-    def of(self, marker_id):
+    def of(self, marker_id: int) -> Observations:
         """Only those of one marker."""
         keep = self.marker_id == marker_id
         return self._replace(**{name: getattr(self, name)[keep] for name in self._fields[3:]})
 
-    def commonest_id(self):
+    def commonest_id(self) -> int:
         return Counter(self.marker_id.tolist()).most_common(1)[0][0]
 
 
-def observe(paths, options, jobs=None):
+def observe(paths: Iterable[StrPath], options: DetectionOptions, jobs: int | None = None) -> Observations:
     """What a detection with `options` sees in all frames behind `paths`; markers at the border and those
     whose ID is uncertain are left out. UserError when there is none, one cannot be
     read, or frames differ in size."""

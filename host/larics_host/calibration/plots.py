@@ -1,11 +1,20 @@
 """Residuals of the calibrations as pictures."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from larics_host.plots import COLOURS, new_figure, png
 
+if TYPE_CHECKING:
+    from larics_host.calibration.lens import LensFit
+    from larics_host.calibration.observe import Observations
+    from larics_host.calibration.turn import Mount, Turn
 
-def lens(observations, result):
+
+def lens(observations: Observations, result: LensFit) -> bytes:
     """Where the markers were, and by how much their radii differ from the fitted camera's, as PNG."""
     figure = new_figure(9, 3.8)
     places, sizes = figure.subplots(1, 2, width_ratios=(1.2, 1))
@@ -28,7 +37,7 @@ def lens(observations, result):
     return png(figure)
 
 
-def turn(result, mount):
+def turn(result: Turn, mount: Mount) -> bytes:
     """The marker around the lens while the vehicle turned, the residuals, and the straight drive, as PNG."""
     figure = new_figure(11 if len(mount.path_mm) else 8, 3.8)
     views = figure.subplots(1, 3 if len(mount.path_mm) else 2)

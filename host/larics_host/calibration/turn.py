@@ -9,13 +9,22 @@ m a constant. That is linear in m and c. Turning says nothing about where forwar
 angle needs a straight drive, on which the rotation centre moves forward, or a known direction.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from larics_host.errors import UserError
 from larics_host.wording import counted
+
+if TYPE_CHECKING:
+    from larics_host.annotations import Numbers
+    from larics_host.calibration.camera_model import CameraModel
+    from larics_host.calibration.observe import Observations
+
 
 _OUTLIER_MM = 1.0
 _NOISE_LEAST_MM = 0.1
@@ -43,7 +52,7 @@ class Turn:
     span_deg: float
 
     @property
-    def rms_mm(self):
+    def rms_mm(self) -> float:
         return float(np.sqrt(np.mean(np.sum(self.residuals_mm**2, axis=1))))
 
 
@@ -53,20 +62,22 @@ class Mount:
     kept; path_mm (N, 2): the rotation centre in the marker's axes, empty without a drive."""
 
     correction_deg: float
-    sigma_deg: float
+    sigma_deg: float | None
     path_mm: np.ndarray
 
 
 KEPT = Mount(0.0, None, np.zeros((0, 2)))
 
 
-def measure(observations, model, height_mm):
+def measure(
+    observations: Observations, model: CameraModel, height_mm: float
+) -> tuple[np.ndarray, np.ndarray]:
     """(offsets from the lens (N, 2) mm, headings deg) of markers at a height above the lens."""
     x, y = observations.x_px, observations.y_px
     return height_mm * model.plane(x, y), model.heading_deg(x, y, observations.heading_deg)
 
 
-def rotated(vector, angles_deg):
+def rotated(vector: Any, angles_deg: Numbers) -> np.ndarray:
     """R(angle) v, for arrays of either: (N, 2), or (2,) for a single angle and vector."""
     c, s = np.cos(np.radians(angles_deg)), np.sin(np.radians(angles_deg))
     x, y = np.asarray(vector, float).T if np.ndim(vector) > 1 else vector
@@ -80,7 +91,7 @@ def _span(headings_deg):
     return 360.0 - float(gaps.max())
 
 
-def fit_turn(observations, model, height_mm):
+def fit_turn(observations: Observations, model: CameraModel, height_mm: float) -> Turn:
     """The Turn of observations of one marker. UserError when they do not determine the centre."""
     from scipy.optimize import least_squares
 
@@ -112,7 +123,9 @@ def fit_turn(observations, model, height_mm):
     return turn
 
 
-def mount_by_drive(observations, model, height_mm, centre_mm):
+def mount_by_drive(
+    observations: Observations, model: CameraModel, height_mm: float, centre_mm: np.ndarray
+) -> Mount:
     """The Mount by a straight drive forward under one marker. UserError when it does not determine it."""
     offsets, headings = measure(observations, model, height_mm)
     path = -rotated(offsets + centre_mm, -headings)  # rotation centre in the marker's axes
@@ -138,7 +151,7 @@ def mount_by_drive(observations, model, height_mm, centre_mm):
     return Mount(_wrapped(-direction - mean_deg), sigma, path)
 
 
-def mount_by_facing(turn, facing_deg):
+def mount_by_facing(turn: Turn, facing_deg: float) -> Mount:
     """The Mount by what the vehicle faced in the first frame: degrees counterclockwise from the direction of
     the marker's orientation line."""
     return Mount(_wrapped(-facing_deg - float(turn.headings_deg[0])), None, np.zeros((0, 2)))

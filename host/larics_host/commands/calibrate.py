@@ -1,5 +1,8 @@
 """`larics calibrate`: focal length, tilt, lens, mounting angle and rotation centre from recorded frames."""
 
+from __future__ import annotations
+
+import argparse
 from pathlib import Path
 
 from larics_host import files
@@ -20,7 +23,7 @@ _HEIGHT_RANGE_MM = (100.0, 26000.0)
 _OUTER_RANGE_MM = (10.0, 400.0)
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     frames = parser.add_argument_group("frames, as of larics record")
     frames.add_argument("--places", nargs="+", metavar="PATH", help="a marker in all parts of the picture")
     frames.add_argument("--turn", nargs="+", metavar="PATH", help="one turn on the spot under a marker")
@@ -55,7 +58,7 @@ def add_arguments(parser):
     )
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     try:
         import scipy.optimize  # noqa: F401 (asked for before anybody waits for the detection)
     except ImportError:

@@ -1,10 +1,14 @@
 """`larics detect`: markers in recorded frames."""
 
+from __future__ import annotations
+
+import argparse
 import json
 import statistics
 import sys
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 from larics_host.detection import options as detection_options
 from larics_host.errors import UserError, report
@@ -22,7 +26,7 @@ EXIT_BAD_SOURCE = 2
 _HEADINGS = ("id", "x px", "y px", "heading deg", "radius px", "margin", "flags")
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "frames",
         metavar="FRAME",
@@ -119,7 +123,7 @@ def _summary(frames, with_marker, ids, skipped, times_ms):
     return "; ".join(parts)
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     from larics_host.detection import batch
     from larics_host.progress import watched
 
@@ -129,7 +133,7 @@ def run(args):
     total, width = batch.count_frames(args.frames)
     table = None
     frames = with_marker = skipped = 0
-    ids = Counter()
+    ids: Counter[Any] = Counter()
     times_ms = []
     results = batch.detect_all(args.frames, options, args.jobs, keep_frames=bool(drawings))
     for result in watched(results, total):

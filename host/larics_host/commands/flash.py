@@ -1,5 +1,8 @@
 """`larics flash`: puts the firmware on a board."""
 
+from __future__ import annotations
+
+import argparse
 import sys
 import time
 
@@ -16,7 +19,7 @@ larics flash --port /dev/ttyACM0
 _BANNER_S = 30
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--port", metavar="DEVICE", help="serial port of the board's USB")
     parser.add_argument("--serial", metavar="NUMBER", help="the board with this USB serial number")
     parser.add_argument("--dry-run", action="store_true", help="look at the board, write nothing")
@@ -24,7 +27,7 @@ def add_arguments(parser):
     parser.add_argument("--no-restart", action="store_true", help="leave the board at its REPL")
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     try:
         from larics_host.flash.session import Session
     except ModuleNotFoundError as error:

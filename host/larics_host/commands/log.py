@@ -1,7 +1,11 @@
 """`larics log`: records what the camera sends."""
 
+from __future__ import annotations
+
+import argparse
 import contextlib
 import time
+from typing import Any
 
 from larics_host.errors import UserError
 from larics_host.wording import counted
@@ -18,7 +22,7 @@ larics log --input run.bin -o again              # decodes recorded bytes once m
 _REFRESH_S = 0.1
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--port", metavar="DEVICE", help="serial port, such as /dev/ttyACM0 or COM3")
     source.add_argument("--input", metavar="FILE", help="a file of raw bytes, - for standard input")
@@ -32,7 +36,7 @@ def add_arguments(parser):
     parser.add_argument("--quiet", action="store_true", help="no live table")
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     from larics_host.connection.byte_sources import (
         ConnectionLost,
         FileSource,
@@ -47,7 +51,7 @@ def run(args):
         raise UserError("--seconds %g: give a number above 0" % args.seconds)
     if not args.baud > 0:
         raise UserError("--baud %d: give a number above 0" % args.baud)
-    source = SerialSource(args.port, args.baud) if args.port else FileSource(args.input)
+    source: Any = SerialSource(args.port, args.baud) if args.port else FileSource(args.input)
     prefix = args.output or time.strftime("larics-%Y%m%d-%H%M%S")
     recorder = Recorder(prefix, raw=args.raw, force=args.force, mcap=args.mcap)
     if args.port and args.reconnect:

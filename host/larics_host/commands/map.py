@@ -1,5 +1,9 @@
 """`larics map`: where the markers are: made, checked, drawn, built from logs, and given to a camera."""
 
+from __future__ import annotations
+
+import argparse
+
 from larics_host import files
 from larics_host.connection import camera_settings
 from larics_host.errors import UserError
@@ -19,7 +23,7 @@ EXIT_PROBLEMS = 1
 MISREAD_MOST = 5  # readings
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
 
     create = _action(actions, "create", "a map from a survey", "the map to write")
@@ -81,7 +85,7 @@ def _distance_argument(parser):
     )
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     return _ACTIONS[args.action](args)
 
 

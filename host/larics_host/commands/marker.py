@@ -1,7 +1,16 @@
 """`larics marker`: print-ready markers."""
 
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
 from larics.marker import LARICS3
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics.marker import Family
+
 
 NAME = "marker"
 HELP = "print markers true to scale as PDF, SVG or PNG"
@@ -14,7 +23,7 @@ larics marker 1 2 -o m.svg                            # m-1.svg and m-2.svg
 MIN_RADIUS_MM, MAX_RADIUS_MM = 5, 2000
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("ids", metavar="ID", nargs="+", type=int, help="1 to 7, and 0 with --allow-id0")
     parser.add_argument(
         "-o",
@@ -49,7 +58,7 @@ def _tenths(name, value, low, high):
     return round(value * 10)
 
 
-def chosen_family(args):
+def chosen_family(args: argparse.Namespace) -> Family:
     """The marker family of --radius-mm, --line-mm and --allow-id0."""
     radius_mm10 = _tenths("--radius-mm", args.radius_mm, MIN_RADIUS_MM, MAX_RADIUS_MM)
     line_mm10 = 0
@@ -63,7 +72,7 @@ def chosen_family(args):
         ) from error
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     from larics_host import printing
 
     family = chosen_family(args)

@@ -1,5 +1,8 @@
 """`larics monitor`: what a camera sees and does, live, in the terminal or on a local web page."""
 
+from __future__ import annotations
+
+import argparse
 import sys
 import time
 
@@ -17,7 +20,7 @@ _REFRESH_S = 0.1
 _DEFAULT_WEB_PORT = 8731
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--port", metavar="DEVICE", help="serial port of the camera")
     source.add_argument("--input", metavar="FILE", help="a log: .jsonl, .bin or .mcap")
@@ -35,7 +38,7 @@ def add_arguments(parser):
     parser.add_argument("--seconds", metavar="N", type=float, help="stop after N seconds")
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     from larics_host.connection.byte_sources import SerialSource, stop_on_signals
     from larics_host.logs.log_reader import RecordedSource, read_pieces
     from larics_host.monitor.session import Session

@@ -1,5 +1,8 @@
 """`larics record`: what a camera saw, as a folder of frames with its messages beside them."""
 
+from __future__ import annotations
+
+import argparse
 import shutil
 import time
 
@@ -18,7 +21,7 @@ MESSAGES = "messages"
 SETTINGS = "settings.json"
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--port", metavar="DEVICE", help="serial port of the camera")
     source.add_argument("--input", metavar="STREAM.bin", help="an OpenMV ImageIO stream, or a video")
@@ -30,7 +33,7 @@ def add_arguments(parser):
     parser.add_argument("--overwrite", action="store_true", help="replace the frames that DIR holds")
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     if args.frames is not None and args.frames < 1:
         raise UserError("--frames %d: give a number above 0" % args.frames)
     if args.seconds is not None and not args.seconds > 0:

@@ -1,5 +1,8 @@
 """`larics replay`: what a log holds, byte for byte, to a pseudo-terminal, a port or standard output."""
 
+from __future__ import annotations
+
+import argparse
 import sys
 import time
 
@@ -15,7 +18,7 @@ larics replay run.bin --stdout --fast | larics log --input - -o again
 """
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="FILE", help="of larics log: .jsonl, .bin, .mcap, or .csv (markers)")
     target = parser.add_mutually_exclusive_group()
     target.add_argument("--port", metavar="DEVICE", help="send to this serial port, not to a pseudo-terminal")
@@ -90,7 +93,7 @@ def _target(args):
     return _PtyTarget()
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     from larics_host.logs.log_reader import Pacer, read_pieces
 
     if not args.speed > 0:

@@ -1,7 +1,11 @@
 """`larics settings`: what a camera is told, over the wire and in files."""
 
+from __future__ import annotations
+
+import argparse
 import json
 import sys
+from typing import Any
 
 from larics_host.errors import UserError
 from larics_host.wording import counted
@@ -17,7 +21,7 @@ larics settings restore --port /dev/ttyACM0 camera.json --save
 """
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
 
     def action(name, text, with_port=True):
@@ -48,12 +52,12 @@ def add_arguments(parser):
     check.add_argument("file", metavar="FILE.json")
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     from larics_host.connection import camera_settings as tools
     from larics_host.files import refuse_existing
 
     # what can be wrong without the camera is told before it is asked
-    file = tools.read_file(args.file) if args.action in ("restore", "check") else None
+    file: Any = tools.read_file(args.file) if args.action in ("restore", "check") else None
     if args.action == "check":
         print("%s: %s, all allowed" % (args.file, counted(len(file), "setting")))
         return 0

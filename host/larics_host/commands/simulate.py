@@ -1,5 +1,8 @@
 """`larics simulate`: frames with truth, to try everything without a camera."""
 
+from __future__ import annotations
+
+import argparse
 import json
 
 from larics_host.drive.command import add_loop_arguments, run_loop
@@ -24,7 +27,7 @@ MAX_RADIUS_PX = 400.0
 LOOP = "loop"
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("--preset", default="sunny", help=", ".join(PRESET_NAMES))
     parser.add_argument("--frames", type=int, metavar="N", help="how many (100; a drive: to the path's end)")
@@ -178,7 +181,7 @@ def _plan_series(args, facts):
     return frame, args.frames or 100
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     """Renders the frames; returns the exit code."""
     try:
         import numba  # noqa: F401 (the renderer's loops are hopeless without it)

@@ -1,5 +1,8 @@
 """`larics validate`: a method, or the log of an earlier run, held against the truth."""
 
+from __future__ import annotations
+
+import argparse
 import json
 import sys
 from pathlib import Path
@@ -24,7 +27,7 @@ _WORST_ZOOM = 2
 _DIFFERENCES_SHOWN = 10
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", metavar="FOLDER", help="frames with truth.csv, as of larics simulate")
     detection_options.add_arguments(parser)
     detection_options.add_jobs(parser)
@@ -55,7 +58,7 @@ def add_arguments(parser):
     limits.add_argument("--max-heading-deg", metavar="DEG", type=float, help="95 %% of the headings too")
 
 
-def run(args):
+def run(args: argparse.Namespace) -> int:
     options = detection_options.from_args(args)
     if args.worst < 0:
         raise UserError("--worst %d: give 0 or more" % args.worst)

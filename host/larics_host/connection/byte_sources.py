@@ -1,16 +1,24 @@
 """Reading the camera's wire on a PC: from a serial port, or from a file of recorded bytes."""
 
+from __future__ import annotations
+
 import contextlib
 import os
 import signal
 import stat
 import sys
 import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import serial
 from serial.tools import list_ports
 
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+
 
 _PIECE = 4096
 _RETRY_S = 0.2
@@ -25,7 +33,7 @@ class SerialSource:
 
     live = True
 
-    def __init__(self, port, baud=115200, timeout_s=0.1):
+    def __init__(self, port: str, baud: int = 115200, timeout_s: float = 0.1) -> None:
         self.name = port
         self.settings = (port, baud, timeout_s)
         try:
@@ -33,7 +41,7 @@ class SerialSource:
         except (serial.SerialException, OSError, ValueError) as error:
             raise UserError(_why_not_open(port, error)) from error
 
-    def read(self):
+    def read(self) -> bytes:
         """What has arrived, as bytes. Raises ConnectionLost when the port has gone."""
         try:
             data = self._port.read(1)
@@ -43,18 +51,18 @@ class SerialSource:
         except (serial.SerialException, OSError, TypeError) as error:  # TypeError: closed under the read
             raise ConnectionLost("the port %s vanished while reading" % self.name) from error
 
-    def write(self, data):
+    def write(self, data: bytes) -> None:
         """Sends bytes. Raises ConnectionLost when the port has gone or takes nothing for a second."""
         try:
             self._port.write(data)
         except (serial.SerialException, OSError) as error:
             raise ConnectionLost("the port %s vanished or is stuck while writing" % self.name) from error
 
-    def flush(self):
+    def flush(self) -> None:
         """Waits until everything that was written is out."""
         self._port.flush()
 
-    def close(self):
+    def close(self) -> None:
         self._port.close()
 
 
@@ -64,13 +72,17 @@ class ReconnectingSource:
 
     live = True
 
-    def __init__(self, source, on_change=lambda text: print(text, file=sys.stderr)):
+    def __init__(
+        self,
+        source: SerialSource,
+        on_change: Callable[[str], object] = lambda text: print(text, file=sys.stderr),
+    ) -> None:
         self.name = source.name
-        self._source = source
+        self._source: SerialSource | None = source
         self._settings = source.settings
         self._on_change = on_change
 
-    def read(self):
+    def read(self) -> bytes:
         if self._source is None:
             time.sleep(_RETRY_S)
             try:
@@ -86,13 +98,13 @@ class ReconnectingSource:
             self._on_change("larics: %s; waiting for it" % error)
             return b""
 
-    def close(self):
+    def close(self) -> None:
         if self._source is not None:
             self._source.close()
 
 
 @contextlib.contextmanager
-def stop_on_signals(live):
+def stop_on_signals(live: bool) -> Iterator[Callable[[], bool]]:
     """A function that tells whether Ctrl-C or SIGTERM came. A source that is not live may block for ever,
     so there they raise KeyboardInterrupt; from a live one nothing that was read gets lost."""
     came = []
@@ -115,18 +127,18 @@ class FileSource:
 
     live = False
 
-    def __init__(self, path):
+    def __init__(self, path: StrPath) -> None:
         self.name = path
         try:
             self._file = sys.stdin.buffer if path == "-" else open(path, "rb")  # noqa: SIM115
         except OSError as error:
             raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
 
-    def read(self):
+    def read(self) -> bytes | None:
         """The next bytes, or None at the end."""
         return self._file.read(_PIECE) or None
 
-    def close(self):
+    def close(self) -> None:
         if self._file is not sys.stdin.buffer:
             self._file.close()
 

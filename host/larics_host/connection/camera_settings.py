@@ -1,7 +1,11 @@
 """Settings of a camera over the wire, and of files: read, checked together, changed in a safe order."""
 
+from __future__ import annotations
+
 import contextlib
 import json
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
 from larics_host import files
@@ -10,9 +14,15 @@ from larics_host.connection.client import Client
 from larics_host.errors import UserError
 from larics_host.progress import watched
 
+if TYPE_CHECKING:
+    from larics.settings import Settings
+    from larics_host.annotations import StrPath
+
 
 @contextlib.contextmanager
-def connected(port, baud=115200, on_message=None):
+def connected(
+    port: str, baud: int = 115200, on_message: Callable[[int, int, Sequence[Any]], object] | None = None
+) -> Iterator[Client]:
     """A Client of the camera at a serial port. A port that vanishes becomes a UserError."""
     source = SerialSource(port, baud, timeout_s=0.02)
     try:
@@ -23,18 +33,18 @@ def connected(port, baud=115200, on_message=None):
         source.close()
 
 
-def add_port_arguments(parser, required=True):
+def add_port_arguments(parser: Any, required: bool = True) -> None:
     parser.add_argument("--port", metavar="DEVICE", required=required, help="serial port of the camera")
     parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
 
 
-def read_all(client):
+def read_all(client: Client) -> dict[str, Any]:
     """{name: value} of all settings of a camera."""
     fields = setting_rules.FIELDS
     return {f.name: client.get(f.name) for f in watched(fields, len(fields), "settings", True)}
 
 
-def checked(values):
+def checked(values: dict[str, Any]) -> Settings:
     """A Settings of these values; UserError in one line when they cannot be."""
     try:
         return setting_rules.Settings(values)
@@ -42,7 +52,7 @@ def checked(values):
         raise UserError(str(error)) from None
 
 
-def differences(before, after):
+def differences(before: dict[str, Any], after: dict[str, Any]) -> list[tuple[str, Any, Any]]:
     """[(name, value before, value after)] of the settings that differ, in the order of the table."""
     return [
         (f.name, _plain(before[f.name]), _plain(after[f.name]))
@@ -55,7 +65,7 @@ def _plain(value):
     return [_plain(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
-def apply(client, current, changes):
+def apply(client: Client, current: dict[str, Any], changes: dict[str, Any]) -> list[str]:
     """Sends changes {name: value} to a camera that has the values `current`; returns the names sent.
 
     All is checked before anything is sent, and one setting after the other goes when it fits those that
@@ -82,7 +92,7 @@ def apply(client, current, changes):
     return [name for name, _, _ in order]
 
 
-def parse_value(name, text):
+def parse_value(name: str, text: str) -> Any:
     """The value of a setting from the text that a user typed: JSON, a bare word, or 1,2,3 for a list."""
     field = setting_rules.field(name)
     if field is None:
@@ -100,7 +110,7 @@ def parse_value(name, text):
     return value
 
 
-def read_file(path):
+def read_file(path: StrPath) -> dict[str, Any]:
     """{name: value} of the settings in a JSON file, the version left out; the values are those allowed."""
     values = files.read_json(path)
     if not isinstance(values, dict):
@@ -113,7 +123,7 @@ def read_file(path):
     return values
 
 
-def write_file(path, values):
+def write_file(path: StrPath, values: dict[str, Any]) -> None:
     """Writes all settings, those not in `values` with their defaults, one a line."""
     complete = checked(values).as_dict()
     lines = ["%s: %s" % (json.dumps(name), json.dumps(complete[name])) for name in sorted(complete)]

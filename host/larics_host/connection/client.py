@@ -8,16 +8,23 @@
 Measurements go on meanwhile; `on_message(type, sequence, values)` gets every message that is no answer.
 """
 
+from __future__ import annotations
+
 import random
 import time
 from binascii import crc32
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import wire_names as codes
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.annotations import Stream
 
 
 class NoAnswer(UserError):
@@ -27,7 +34,7 @@ class NoAnswer(UserError):
 class Refused(UserError):
     """The camera answered NACK; `reason` is its number."""
 
-    def __init__(self, text, reason):
+    def __init__(self, text: str, reason: int) -> None:
         super().__init__(text)
         self.reason = reason
 
@@ -49,7 +56,14 @@ class Client:
     timeout_s is how long one request waits before it is sent again, retries how often it is sent.
     """
 
-    def __init__(self, stream, on_message=None, timeout_s=0.5, retries=6, clock=time.monotonic):
+    def __init__(
+        self,
+        stream: Stream,
+        on_message: Callable[[int, int, Sequence[Any]], object] | None = None,
+        timeout_s: float = 0.5,
+        retries: int = 6,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.decoder = protocol.Decoder(self._arrived)
         self._stream = stream
         self._on_message = on_message
@@ -60,17 +74,17 @@ class Client:
         self._token = random.randrange(1, 65536)
         self._answer = None
         self._waiting_for = None
-        self._data = []
+        self._data: list[Sequence[Any]] = []
         self._raw_token = 0
-        self._raw_header = None
-        self._raw_chunks = {}
+        self._raw_header: Any = None
+        self._raw_chunks: dict[int, bytes] = {}
 
     # commands
 
-    def ping(self):
+    def ping(self) -> None:
         self._request(m.PING)
 
-    def info(self):
+    def info(self) -> dict[str, Any]:
         """The fields of INFO as a dict; board as text, unique_id as bytes."""
         for values in self._request(m.GET_INFO):
             if len(values) == len(protocol.fields(m.INFO)):
@@ -79,7 +93,7 @@ class Client:
                 return info
         raise NoAnswer("the camera acknowledged, but its INFO was lost: try again")
 
-    def get(self, name):
+    def get(self, name: str) -> Any:
         """The value of a setting, as in `larics.settings`."""
         field = _field(name)
         for _ in range(self._retries):
@@ -94,7 +108,7 @@ class Client:
                 return field.value(numbers)
         raise NoAnswer("the answer for the setting %s keeps getting lost" % name)
 
-    def set(self, name, value):
+    def set(self, name: str, value: Any) -> None:
         """Changes a setting until the next start; `save` makes it permanent. Raises UserError."""
         field = _field(name)
         reason = field.reason(value)
@@ -110,10 +124,10 @@ class Client:
             if first >= len(numbers):
                 return
 
-    def save(self):
+    def save(self) -> None:
         self._request(m.SAVE_SETTINGS, timeout_s=max(2.0, self._timeout_s))
 
-    def restart(self):
+    def restart(self) -> None:
         boot = self.info()["boot"]
         try:
             self._request(m.RESTART, boot)
@@ -121,7 +135,9 @@ class Client:
             if error.reason != m.NACK_BOOT:  # its ACK was lost and it has restarted already
                 raise
 
-    def raw_frame(self, progress=None, stall_s=5.0):
+    def raw_frame(
+        self, progress: Callable[[int, int], object] | None = None, stall_s: float = 5.0
+    ) -> RawFrame:
         """One RawFrame; `progress(received, total)` is called as chunks come. Raises UserError."""
         self._raw_header = None
         self._raw_chunks = {}
@@ -198,7 +214,7 @@ class Client:
         place = " for %s" % field.name if field else ""
         raise Refused("the camera refused %s%s: %s" % (protocol.name(command), place, why), reason)
 
-    def poll(self):
+    def poll(self) -> None:
         """Reads once and hands on what came. NoAnswer at the end of the line."""
         data = self._stream.read()
         if data is None:

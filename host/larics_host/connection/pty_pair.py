@@ -1,5 +1,7 @@
 """Two pseudo-terminals joined back to back: a serial cable without hardware."""
 
+from __future__ import annotations
+
 import os
 import select
 import threading
@@ -13,7 +15,7 @@ class PtyPair:
     `carried_bytes` counts what went from a to b.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._masters = []
         self._slaves = []
         for _ in range(2):
@@ -51,7 +53,7 @@ class PtyPair:
                     continue
                 waiting[end] = waiting[end][written:]
 
-    def unplug(self):
+    def unplug(self) -> None:
         """Closes everything; whoever has a device open gets an error. Safe to call twice."""
         if not self._masters:
             return

@@ -1,5 +1,7 @@
 """A pseudo-terminal that looks like the camera's serial port to whoever opens it."""
 
+from __future__ import annotations
+
 import contextlib
 import fcntl
 import os
@@ -17,7 +19,7 @@ _EMPTY_READINGS = 5  # what was just written reaches the reader's side a little 
 class PtyPort:
     """`device` is the path to open; `wait_for_reader` returns when somebody has. Ends with `close`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._master, slave = os.openpty()
         self.device = os.ttyname(slave)
         os.close(slave)  # with no end of our own open, the master tells whether somebody else's is
@@ -25,10 +27,10 @@ class PtyPort:
         self._poll = select.poll()
         self._poll.register(self._master, select.POLLHUP)
 
-    def has_reader(self):
+    def has_reader(self) -> bool:
         return not any(event & select.POLLHUP for _, event in self._poll.poll(0))
 
-    def wait_for_reader(self):
+    def wait_for_reader(self) -> None:
         while not self.has_reader():
             time.sleep(_POLL_S)
         with self._other_end() as slave:
@@ -43,7 +45,7 @@ class PtyPort:
         finally:
             os.close(slave)
 
-    def write(self, data):
+    def write(self, data: bytes) -> None:
         """Writes all of it, waiting for the reader. BrokenPipeError when the reader has gone."""
         view = memoryview(data)
         while view:
@@ -54,14 +56,14 @@ class PtyPort:
                 with contextlib.suppress(BlockingIOError):
                     view = view[os.write(self._master, view) :]
 
-    def read(self):
+    def read(self) -> bytes:
         """What the other side sent, b"" when nothing waits."""
         try:
             return os.read(self._master, 4096)
         except (BlockingIOError, OSError):
             return b""
 
-    def drain(self):
+    def drain(self) -> None:
         """Waits until the reader has taken everything, or has gone."""
         empty = 0
         while empty < _EMPTY_READINGS and self.has_reader():
@@ -70,5 +72,5 @@ class PtyPort:
                 waiting = fcntl.ioctl(slave, termios.FIONREAD, bytes(4))
             empty = 0 if struct.unpack("i", waiting)[0] else empty + 1
 
-    def close(self):
+    def close(self) -> None:
         os.close(self._master)

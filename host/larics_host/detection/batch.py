@@ -1,17 +1,25 @@
 """Detection in many frames on all cores; the results come in the order of the frames."""
 
+from __future__ import annotations
+
 import multiprocessing
 import os
 import time
 from collections import deque
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from larics_host.detection import detectors
 from larics_host.errors import UserError
 from larics_host.images.frame_sources import STILL_EXTENSIONS, list_sources, read_source
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+    from larics_host.detection.options import DetectionOptions
+
 
 _BLOCK = 16  # frames handed to a process at a time
 _AHEAD = 4  # blocks a process that may wait
@@ -100,7 +108,7 @@ def _is_still(path):
     return path.suffix.lower() in STILL_EXTENSIONS
 
 
-def count_frames(paths):
+def count_frames(paths: Iterable[StrPath]) -> tuple[int | None, int]:
     """(number of frames, None when only reading them would tell; how long the longest name is)."""
     found = list(_sources(paths, []))
     width = max([5] + [len(str(path)) for path in found])
@@ -129,7 +137,7 @@ def _blocks(paths, errors):
         yield block
 
 
-def usual_jobs(paths):
+def usual_jobs(paths: Iterable[StrPath]) -> int:
     """How many processes are worth starting."""
     frames = 0
     for path in _sources(paths, []):
@@ -137,20 +145,22 @@ def usual_jobs(paths):
     return cores() if frames >= _POOL_FROM else 1
 
 
-def cores():
+def cores() -> int:
     """How many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def detect_all(paths, options, jobs=None, keep_frames=False):
+def detect_all(
+    paths: Iterable[StrPath], options: DetectionOptions, jobs: int | None = None, keep_frames: bool = False
+) -> Iterator[Result]:
     """Yields a Result for every frame behind `paths`, and one for every source that cannot be read.
 
     options   DetectionOptions;  jobs  processes, None for as many as are worth it
     """
     jobs = jobs or usual_jobs(paths)
-    errors = []
+    errors: list[Result] = []
     blocks = _blocks(paths, errors)
     results = _serial if jobs == 1 else _parallel
     for result in results(blocks, options, jobs, keep_frames):

@@ -1,8 +1,18 @@
 """The detection methods by name, behind one constructor, and detections in a user's units."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
 from larics.marker import LARICS3
 from larics.marker.detection import NO_ID, flag_names
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics.marker.detection import Detection
+    from larics_host.annotations import AnyDetector
+
 
 METHODS = ("larics", "paper")
 DEFAULT_METHOD = "larics"
@@ -10,8 +20,15 @@ DEFAULT_RADIUS_PX = (10, 66)  # what an unknown camera height may give
 
 
 def make_detector(
-    method, width, height, radius_px=None, line_mm=None, allowed_ids=None, allow_id0=False, **more
-):
+    method: str,
+    width: int,
+    height: int,
+    radius_px: tuple[int, int] | None = None,
+    line_mm: int | None = None,
+    allowed_ids: Iterable[int] | None = None,
+    allow_id0: bool = False,
+    **more: Any,
+) -> AnyDetector:
     """A detector for frames of one size.
 
     method: one of METHODS; radius_px: (smallest, largest) radius of the outer ring, None when unknown;
@@ -47,7 +64,7 @@ def make_detector(
         raise UserError(str(error)) from error
 
 
-def as_dict(detection):
+def as_dict(detection: Detection) -> dict[str, Any]:
     """A Detection with x, y and radius in px, heading in degrees, and names for the flags."""
     return {
         "id": None if detection.marker_id == NO_ID else detection.marker_id,

@@ -1,12 +1,17 @@
 """The options that say how markers are looked for, the same in every command that detects."""
 
+from __future__ import annotations
+
 import argparse
 import re
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from larics.marker.verdicts import MARGIN_MIN
 from larics_host.detection import detectors
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.annotations import AnyDetector
 
 
 class DetectionOptions(NamedTuple):
@@ -21,7 +26,7 @@ class DetectionOptions(NamedTuple):
     margin_min: int = MARGIN_MIN
     second_opinion: bool = True
 
-    def make(self, width, height):
+    def make(self, width: int, height: int) -> AnyDetector:
         """A detector for frames of this size; UserError when there cannot be one."""
         return detectors.make_detector(width=width, height=height, **self._asdict())
 
@@ -39,7 +44,7 @@ def _id_list(text):
     return sorted({int(item) for item in text.split(",")})
 
 
-def add_arguments(parser):
+def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options to a command's parser."""
     parser.add_argument(
         "--radius-px",
@@ -87,13 +92,13 @@ def add_arguments(parser):
     )
 
 
-def add_jobs(parser):
+def add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--jobs", metavar="N", type=int, help="processes (default: all cores when there are many frames)"
     )
 
 
-def from_args(args):
+def from_args(args: argparse.Namespace) -> DetectionOptions:
     """The options of a parsed command line. Raises UserError when they do not fit each other."""
     if args.line_mm is not None and not 5 <= args.line_mm <= 30:
         raise UserError("--line-mm %d is out of range: use 5 to 30" % args.line_mm)

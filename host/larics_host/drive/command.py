@@ -1,5 +1,8 @@
 """`larics simulate --drive loop`: one drive of the closed loop, its figures and pictures into a folder."""
 
+from __future__ import annotations
+
+import argparse
 import csv
 import json
 import math
@@ -12,12 +15,22 @@ from larics_host.wording import counted
 METHODS = ("larics", "paper")
 INTERPRETERS = ("micropython", "cpython")
 # named here as well, for a quick --help; a test compares them with those of the field
-CONDITION_NAMES = ("cloudy", "sunny", "double", "steady", "fast-1", "fast-2", "lights", "dirty", "missing")
+CONDITION_NAMES: tuple[str, ...] = (
+    "cloudy",
+    "sunny",
+    "double",
+    "steady",
+    "fast-1",
+    "fast-2",
+    "lights",
+    "dirty",
+    "missing",
+)
 CONDITION_NAMES += ("pushed", "calibration")
 _LONGEST_S = 24 * 3600.0
 
 
-def add_loop_arguments(parser):
+def add_loop_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of a closed loop."""
     group = parser.add_argument_group("a closed loop (--drive loop): firmware, wire, controller and wheels")
     group.add_argument("--condition", default="sunny", metavar="NAME", help=", ".join(CONDITION_NAMES))
@@ -26,7 +39,7 @@ def add_loop_arguments(parser):
     group.add_argument("--method", default="larics", metavar="NAME", help="what detects: larics, or paper")
 
 
-def run_loop(args, folder):
+def run_loop(args: argparse.Namespace, folder: Path) -> int:
     """Drives, writes frames.csv, score.json, path.png and strip.png to the folder; returns the exit code."""
     for value, known, what in (
         (args.condition, CONDITION_NAMES, "condition"),

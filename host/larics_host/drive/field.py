@@ -5,8 +5,12 @@ The published field is three markers with the IDs 3, 4 and 7 that face each othe
 ASSUMED.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -76,7 +80,7 @@ class Condition:
     side_mm: float = 2000.0
     dirty: int = 0
     missing: int = 0
-    events: object = None
+    events: Callable[..., list[Event]] | None = None
     accel_mm_s2: float = 400.0
     miscalibrated: bool = False
 
@@ -129,7 +133,7 @@ class Field:
     settings: dict
     noise: np.random.Generator = field(repr=False)
 
-    def light(self, time_s):
+    def light(self, time_s: float) -> Sensor:
         """The sensor in the light of this moment."""
         factor = 1.0 + 0.2 * math.sin(2 * math.pi * time_s / 40.0)
         switched = 1.0
@@ -139,13 +143,13 @@ class Field:
         return replace(self.sensor, contrast=self.sensor.contrast * factor * switched)
 
 
-def triangle(side_mm, ids=IDS):
+def triangle(side_mm: float, ids: Sequence[int] = IDS) -> dict[int, tuple[float, float, float]]:
     """{ID: (x_mm, y_mm, heading_deg)}: corners of a triangle, each pointing to the next."""
     radius = side_mm / math.sqrt(3)
     corners = [
         (radius * math.cos(math.radians(a)), radius * math.sin(math.radians(a))) for a in (210, 330, 90)
     ]
-    places = {}
+    places: dict[int, tuple[float, float, float]] = {}
     for index, marker_id in enumerate(ids):
         x, y = round(corners[index][0]), round(corners[index][1])  # the map has whole millimetres
         ahead = corners[(index + 1) % len(ids)]
@@ -154,7 +158,7 @@ def triangle(side_mm, ids=IDS):
     return places
 
 
-def draw_field(name, seed):
+def draw_field(name: str, seed: int) -> Field:
     """The Field of CONDITIONS[name]; the same for the same seed."""
     condition = CONDITIONS[name]
     layout, furniture, noise, fate = (generator("drive-" + name, seed, purpose) for purpose in (1, 2, 3, 4))
@@ -214,7 +218,9 @@ def draw_field(name, seed):
     )
 
 
-def camera_settings(camera, markers, condition):
+def camera_settings(
+    camera: Camera, markers: dict[int, tuple[float, float, float]], condition: Condition
+) -> dict[str, Any]:
     """The settings of the firmware for this camera and field."""
     off = 1.0 if condition.miscalibrated else 0.0
     mount_deg, forward_deg, left_deg = mounting.angles(camera.rotation)

@@ -1,6 +1,10 @@
 """Pictures of a drive: the path over the map, and a strip of frames."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -9,11 +13,17 @@ from larics.wire import messages as m
 from larics_host.plots import new_figure
 from larics_vehicle.approach import STATE_NAMES
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from larics_host.drive.simulation import Record
+
+
 _COLOURS = {m.TRACKING: "#1b7837", m.COASTING: "#e08214", m.LOST: "#b2182b"}
 _WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.LOST: "lost"}
 
 
-def path_figure(record, title):
+def path_figure(record: Record, title: str) -> Figure:
     """The driven path over the map, coloured by the state of the reported pose; a matplotlib Figure."""
     plot = new_figure(8.4, 6.2)
     axes = plot.add_subplot()
@@ -65,9 +75,9 @@ def _draw_marker(axes, marker_id, x, y, heading, gone):
     )
 
 
-def keep_changes(most=8):
+def keep_changes(most: int = 8) -> Callable[..., str | None]:
     """For Simulation(keep=...): keeps the first frame some time after each change of behaviour."""
-    seen = []
+    seen: list[float] = []
 
     def keep(simulation, index):
         state = simulation.controller.state
@@ -85,7 +95,9 @@ def keep_changes(most=8):
     return keep
 
 
-def strip(record, pictures=None, columns=4, scale=0.75):
+def strip(
+    record: Record, pictures: Sequence[Any] | None = None, columns: int = 4, scale: float = 0.75
+) -> np.ndarray:
     """The kept frames (or these) side by side with what was seen in them, as the paper's figure 9.
 
     Returns (H, W, 3) uint8, BGR."""

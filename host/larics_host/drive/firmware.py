@@ -1,5 +1,7 @@
 """The firmware as a process: frames go in by a named pipe, the wire comes out of a pseudo-terminal."""
 
+from __future__ import annotations
+
 import json
 import os
 import select
@@ -11,18 +13,24 @@ import sys
 import tempfile
 import time
 import tty
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from larics.wire import messages as m
 from larics.wire.codec import Decoder
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    import numpy as np
+
 
 ROOT = Path(__file__).resolve().parents[3]
 HEADER = struct.Struct("<4sHHII")  # as firmware/pc/pipe_camera.py reads it
 MAGIC = b"LPF1"
 
 
-def interpreter_command(name):
+def interpreter_command(name: str) -> list[str]:
     """The command line in front of the program. Raises UserError when there is no such interpreter."""
     if name == "cpython":
         return [sys.executable]
@@ -40,7 +48,14 @@ class Firmware:
     wait for the first answer (kernels may have to be compiled) and for any other.
     """
 
-    def __init__(self, settings, interpreter="micropython", latency_us=15000, start_s=120.0, answer_s=20.0):
+    def __init__(
+        self,
+        settings: dict[str, Any],
+        interpreter: str = "micropython",
+        latency_us: int = 15000,
+        start_s: float = 120.0,
+        answer_s: float = 20.0,
+    ) -> None:
         program = ROOT / "firmware" / "pc" / "closed_loop_main.py"
         if not program.exists():
             raise UserError("the closed loop needs the firmware's sources beside the package: use a checkout")
@@ -64,7 +79,7 @@ class Firmware:
         )
         self._pipe = self._open_pipe(pipe)
         self._decoder = Decoder(self._take)
-        self._messages = []
+        self._messages: list[tuple[int, int, Sequence[Any]]] = []
         self._frame_reported = -1
         self._patience_s, self._answer_s = start_s, answer_s
         self.received_bytes = 0
@@ -92,7 +107,9 @@ class Firmware:
         if number == m.POSE:
             self._frame_reported = values[0]
 
-    def exchange(self, frame, number, capture_us):
+    def exchange(
+        self, frame: np.ndarray, number: int, capture_us: int
+    ) -> list[tuple[int, int, Sequence[Any]]]:
         """Gives the firmware a frame; returns its messages as (type, sequence, values), its POSE the last of
         that frame. Raises UserError when the firmware stopped or does not answer."""
         height, width = frame.shape
@@ -120,19 +137,20 @@ class Firmware:
         return messages
 
     @property
-    def line_errors(self):
+    def line_errors(self) -> int:
         """Frames of the wire that arrived damaged."""
         counters = self._decoder.counters
         return counters.crc + counters.cobs + counters.length
 
-    def close(self):
+    def close(self) -> None:
         os.close(self._pipe)
         try:
             self._process.wait(timeout=5)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self._process.stderr.close()
+        if self._process.stderr:
+            self._process.stderr.close()
         os.close(self._master)
         os.close(self._slave)
         self._folder.cleanup()

@@ -1,11 +1,19 @@
 """Figures of a drive: detection by method, pose error, laps, and how long it takes to recover."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from larics.wire import messages as m
 from larics_host.wire_names import name_of
+
+if TYPE_CHECKING:
+    from larics_host.drive.simulation import Record
+
 
 _POSE_REGAINED_MM = 50.0
 
@@ -29,7 +37,7 @@ class Detection:
     false: int
 
     @property
-    def right_share(self):
+    def right_share(self) -> float:
         """Right IDs as a share of the markers in view; NaN without markers."""
         return self.right / self.markers if self.markers else float("nan")
 
@@ -44,8 +52,8 @@ class Spread:
     max: float
 
 
-def spread(values):
-    values = np.asarray(list(values), dtype=float)
+def spread(numbers: Iterable[float]) -> Spread:
+    values = np.asarray(list(numbers), dtype=float)
     if not len(values):
         return Spread(0, float("nan"), float("nan"), float("nan"))
     return Spread(
@@ -76,11 +84,11 @@ class Score:
     line_errors: int
     way_m: float
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         return asdict(self)
 
 
-def score(record):
+def score(record: Record) -> Score:
     """The Score of a Record."""
     frames = record.frames
     tracking = [frame for frame in frames if frame.state == m.TRACKING]
@@ -116,7 +124,7 @@ def score(record):
     )
 
 
-def detection(record, name):
+def detection(record: Record, name: str) -> Detection:
     """The Detection of a method (or of "wire", what the firmware sent) on the frames of a drive."""
     sights = [frame.sights[name] for frame in record.frames]
     names = asdict(sights[0]) if sights else ()
@@ -134,7 +142,7 @@ def detection(record, name):
     )
 
 
-def laps(record):
+def laps(record: Record) -> tuple[int, int]:
     """(begun, completed): a lap begins when the first marker of the route is left, and is completed when it
     is left again after all others in their order. A lap that the end of the drive cuts off does not count."""
     route = record.field.route[:-1]
@@ -161,7 +169,7 @@ def _out_of_order(record):
     return [(before, after) for before, after in pairs if (before[1], after[1]) not in following]
 
 
-def recoveries(record):
+def recoveries(record: Record) -> tuple[list[float], list[float]]:
     """(seconds from each push until the pose was right again, seconds until the route was): until the next
     marker was left, and without pushes the time between two that do not follow each other in the route."""
     if not record.pushes:

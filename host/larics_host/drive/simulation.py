@@ -1,7 +1,12 @@
 """One drive in closed loop, and what was recorded of it."""
 
+from __future__ import annotations
+
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from dataclasses import field as of
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +21,10 @@ from larics_host.drive.vehicle import STEP_S, Vehicle
 from larics_host.render.series import generator
 from larics_host.render.view import render_view
 from larics_vehicle.approach import ALIGN, GO, Approach
+
+if TYPE_CHECKING:
+    from larics_host.drive.field import Condition
+
 
 BAUD = 115200
 LATENCY_S = 0.015  # capture and detection on the board, assumed
@@ -55,7 +64,7 @@ class Frame:
     marker_id: int
     route_position: int
     behaviour: int
-    sights: dict = field(default_factory=dict)
+    sights: dict = of(default_factory=dict)
 
 
 @dataclass
@@ -64,21 +73,21 @@ class Record:
     counts, fault_codes: which it named."""
 
     field: Field
-    frames: list = field(default_factory=list)
-    visits: list = field(default_factory=list)
-    pushes: list = field(default_factory=list)
+    frames: list = of(default_factory=list)
+    visits: list = of(default_factory=list)
+    pushes: list = of(default_factory=list)
     faults: int = 0
-    fault_codes: set = field(default_factory=set)
+    fault_codes: set = of(default_factory=set)
     line_errors: int = 0
     line_bytes: int = 0
-    ages_us: list = field(default_factory=list)
-    pictures: list = field(default_factory=list)  # (time, frame, caption) of those kept
-    suspects: list = field(default_factory=list)  # the same of frames with a wrong or false ID on the wire
-    behaviours: list = field(default_factory=list)  # (time, state) at each change
+    ages_us: list = of(default_factory=list)
+    pictures: list = of(default_factory=list)  # (time, frame, caption) of those kept
+    suspects: list = of(default_factory=list)  # the same of frames with a wrong or false ID on the wire
+    behaviours: list = of(default_factory=list)  # (time, state) at each change
     way_mm: float = 0.0
 
 
-def wheel_controller(condition):
+def wheel_controller(condition: Condition) -> Approach:
     """The reference behaviour with the limits of a condition."""
     slow = condition.rate_hz < 10
     return Approach(
@@ -101,7 +110,15 @@ class Simulation:
     keep           function (simulation, frame index) -> caption to keep the picture, or None
     """
 
-    def __init__(self, field_, seed, interpreter="micropython", driver="larics", compare=(), keep=None):
+    def __init__(
+        self,
+        field_: Field,
+        seed: int,
+        interpreter: str = "micropython",
+        driver: str = "larics",
+        compare: Sequence[str] = (),
+        keep: Callable[..., str | None] | None = None,
+    ) -> None:
         self.field, self.keep = field_, keep
         self.record = Record(field_)
         self.vehicle = Vehicle(field_.start, generator("wheels-" + field_.name, seed))
@@ -110,16 +127,18 @@ class Simulation:
         size = (field_.camera.width, field_.camera.height)
         self._methods = {name: make_detector(name, *size, (low, high)) for name in compare}
         self._firmware = (dict(field_.settings, method=driver), interpreter)
-        self._waiting = []  # (time of arrival, type, sequence, values)
+        self._waiting: list[
+            tuple[float, int, int, Sequence[Any]]
+        ] = []  # (time of arrival, type, sequence, values)
 
-    def run(self, on_frame=None):
+    def run(self, on_frame: Callable[[Record], object] | None = None) -> Record:
         """The whole drive; on_frame is called with the Record after each frame."""
         for _ in self.frames():
             if on_frame:
                 on_frame(self.record)
         return self.record
 
-    def frames(self):
+    def frames(self) -> Iterator[Frame]:
         """The drive, frame by frame; each item is the newest Frame."""
         condition = self.field.condition
         settings, interpreter = self._firmware
@@ -232,7 +251,9 @@ class Simulation:
         )
 
 
-def judge(seen, places, reach):
+def judge(
+    seen: Iterable[tuple[int, float, float]], places: Sequence[tuple[int, float, float, bool]], reach: float
+) -> Sight:
     """The Sight of a frame: (ID or NO_ID or ID_NONE, x, y) of what was seen against (ID, x, y, whole) of what
     is there, which match when no further apart than `reach`."""
     sight = Sight()

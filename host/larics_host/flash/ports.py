@@ -1,18 +1,26 @@
 """Which serial port is the board's."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
 from serial.tools import list_ports
 
 from larics.boards import BOARDS
 from larics_host.errors import UserError
 
+if TYPE_CHECKING:
+    from larics.boards import Board
 
-def known_boards(ports):
+
+def known_boards(ports: Iterable[Any]) -> list[tuple[Any, Board]]:
     """(port, Board) of every serial port whose USB id is in the table of boards."""
     by_id = {usb_id: board for board in BOARDS for usb_id in board.usb_ids}
     return [(port, by_id[port.vid, port.pid]) for port in ports if (port.vid, port.pid) in by_id]
 
 
-def find_port(serial_number=None, ports=None):
+def find_port(serial_number: str | None = None, ports: Iterable[Any] | None = None) -> str:
     """The device of the one board that is connected, or of the one with this serial number.
 
     Raises UserError when there is none, or more than one."""

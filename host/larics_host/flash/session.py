@@ -1,10 +1,13 @@
 """A board's REPL: its running program stopped, code executed, files written and their hashes read."""
 
+from __future__ import annotations
+
 import contextlib
 import hashlib
 import io
 import os
 import time
+from typing import Any
 
 from mpremote.transport import TransportError
 from mpremote.transport_serial import SerialTransport
@@ -23,11 +26,11 @@ class SessionError(UserError):
 class Session:
     """`port`: device name. Use as a context manager; `open` stops the program that runs."""
 
-    def __init__(self, port):
+    def __init__(self, port: str) -> None:
         self.port = port
-        self._link = None
+        self._link: Any = None
 
-    def open(self, limit_s=_RECONNECT_S):
+    def open(self, limit_s: float = _RECONNECT_S) -> Session:
         """Stops what runs and enters the raw REPL. Raises UserError when the board does not answer.
 
         A program with a running watchdog restarts the board, into safe mode; then the port goes away and
@@ -53,7 +56,7 @@ class Session:
             if self._link.exec("print(6 * 7)").strip() != b"42":
                 raise TransportError("unexpected answer")
 
-    def close(self):
+    def close(self) -> None:
         if self._link is not None:
             with contextlib.suppress(*_TROUBLE):
                 self._link.close()
@@ -68,21 +71,21 @@ class Session:
                 self._link.exit_raw_repl()
         self.close()
 
-    def run(self, code):
+    def run(self, code: str) -> str:
         """Executes code; returns what it printed, as text."""
         try:
             return self._link.exec(code).decode("utf-8", "replace")
         except _TROUBLE as error:
             raise SessionError("%s: %s" % (self.port, _last_line(error))) from error
 
-    def evaluate(self, expression):
+    def evaluate(self, expression: str) -> Any:
         """The value of an expression (anything that has a literal)."""
         try:
             return self._link.eval(expression)
         except (*_TROUBLE, ValueError, SyntaxError) as error:
             raise SessionError("%s: %s" % (self.port, _last_line(error))) from error
 
-    def identity(self):
+    def identity(self) -> tuple[str, str, int, str]:
         """(identity text, MicroPython version, sys.implementation._mpy or 0, OpenMV's version or "")."""
         self.run(
             "import sys, os\n"
@@ -102,7 +105,7 @@ class Session:
         version, mpy = self.evaluate("_version()")
         return name, version, mpy, release
 
-    def exists(self, path):
+    def exists(self, path: str) -> bool:
         self.run(
             "import os\n"
             "def _exists(p):\n"
@@ -114,22 +117,22 @@ class Session:
         )
         return self.evaluate("_exists(%r)" % path)
 
-    def read_text(self, path):
+    def read_text(self, path: str) -> str | None:
         """The text of a small file, None when there is none."""
         if not self.exists(path):
             return None
         self.run("f = open(%r)\nt = f.read()\nf.close()" % path)
         return self.evaluate("t")
 
-    def free_bytes(self, path):
+    def free_bytes(self, path: str) -> int:
         """Free space of the file system there."""
         self.run("import os")
         return self.evaluate("(lambda s: s[0] * s[3])(os.statvfs(%r))" % path)
 
-    def make_folder(self, path):
+    def make_folder(self, path: str) -> None:
         self.run("try:\n os.mkdir(%r)\nexcept OSError:\n pass" % path)
 
-    def remove_tree(self, path):
+    def remove_tree(self, path: str) -> None:
         """Removes a folder and all below; nothing happens when it is not there."""
         self.run(
             "def _remove(p):\n"
@@ -149,7 +152,7 @@ class Session:
             "_remove(%r)" % path
         )
 
-    def write(self, path, data):
+    def write(self, path: str, data: bytes) -> None:
         """Writes a file and compares its hash; raises SessionError when it differs."""
         try:
             self._link.fs_writefile(path, data, chunk_size=_CHUNK)
@@ -159,11 +162,11 @@ class Session:
         if bytes(found) != hashlib.sha256(data).digest():
             raise SessionError("%s reads back differently from what was written" % path)
 
-    def rename(self, source, target):
+    def rename(self, source: str, target: str) -> None:
         """On the board; there must be no target."""
         self.run("import os\nos.rename(%r, %r)" % (source, target))
 
-    def reset(self):
+    def reset(self) -> None:
         """Restarts the board; the session ends."""
         with contextlib.suppress(*_TROUBLE):
             self._link.exec_raw_no_follow("import machine\nmachine.reset()")

@@ -1,11 +1,20 @@
 """Detections drawn into the frame they were found in."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
 from larics.marker import LARICS3
+
+if TYPE_CHECKING:
+    from larics.marker import Family
+    from larics_host.truth import Truth
+
 
 # blue, green, red
 CERTAIN = (80, 200, 0)
@@ -16,7 +25,7 @@ _SHIFT = 6  # sub-pixel bits of OpenCV's drawing functions
 _SMALLEST_WIDTH = 720
 
 
-def zoom_for(width):
+def zoom_for(width: int) -> int:
     """How many times a frame is enlarged so that one can see a centre to a fraction of a pixel."""
     return max(1, math.ceil(_SMALLEST_WIDTH / width))
 
@@ -87,7 +96,13 @@ def _draw_truth(canvas, truth, family):
     canvas.text(x - plate, y - plate, "true ID %d" % truth.id, TRUE)
 
 
-def draw_detections(frame, detections, zoom=None, family=LARICS3, truths=()):
+def draw_detections(
+    frame: np.ndarray,
+    detections: Iterable[dict[str, Any]],
+    zoom: int | None = None,
+    family: Family = LARICS3,
+    truths: Iterable[Truth] = (),
+) -> np.ndarray:
     """The frame (2-D uint8), enlarged `zoom` times, with its detections, as a BGR image.
 
     `detections` are dicts as of `detectors.as_dict`: rings, a cross at the centre, an arrow along the

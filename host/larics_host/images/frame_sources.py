@@ -3,15 +3,23 @@
 `open_frames(paths)` is all that the commands need; every frame is a 2-D uint8 array of (rows, columns).
 """
 
+from __future__ import annotations
+
 import os
 import re
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from larics_host.errors import UserError, report
 from larics_host.images import openmv_stream, stills
 from larics_host.wording import counted
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+
 
 STILL_EXTENSIONS = (".pgm", ".png", ".jpg", ".jpeg")
 STREAM_EXTENSIONS = (".bin",)
@@ -25,7 +33,7 @@ def _natural_key(path):
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name.lower())]
 
 
-def list_sources(path):
+def list_sources(path: StrPath) -> list[Path]:
     """The files behind one argument: itself, or what a folder holds in natural order, not its sub-folders.
 
     Raises UserError when it does not exist or is a folder without frames.
@@ -85,7 +93,7 @@ def _read_video(path):
         video.release()
 
 
-def read_source(path):
+def read_source(path: StrPath) -> Iterator[tuple[str, np.ndarray]]:
     """Yields (name, frame) of one file: its path as the name, with "#0", "#1"... when it holds several.
 
     The content says what it is; the extension decides only whether it is a video.
@@ -117,7 +125,9 @@ def read_source(path):
         raise UserError("%s: %s" % (path, error)) from error
 
 
-def open_frames(paths, on_error=None):
+def open_frames(
+    paths: Iterable[StrPath], on_error: Callable[[UserError], object] | None = None
+) -> Iterator[tuple[str, np.ndarray]]:
     """Yields (name, frame) of all frames behind `paths`: files, folders, video files, OpenMV streams.
 
     Raises UserError at the first source that cannot be read; with `on_error`, calls it with that error

@@ -6,7 +6,11 @@ elapsed milliseconds, width, height, pixel format, size, 12 bytes of padding and
 to 16 bytes. Pixel formats as in the firmware's imlib.h.
 """
 
+from __future__ import annotations
+
 import struct
+from collections.abc import Iterator
+from typing import BinaryIO
 
 import numpy as np
 
@@ -68,7 +72,7 @@ def _decode(data, pixel_format, width, height, big_endian):
     return frame
 
 
-def read_stream(file):
+def read_stream(file: BinaryIO) -> Iterator[np.ndarray]:
     """Yields the frames of an open binary file as 2-D uint8 arrays.
 
     Raises UserError where the stream is no stream, damaged or truncated, after the frames before.

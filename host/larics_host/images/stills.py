@@ -4,6 +4,8 @@ Whatever is wrong with the bytes, the only exception is UserError; its text lack
 which the caller puts in front.
 """
 
+from __future__ import annotations
+
 import io
 import re
 import warnings
@@ -22,7 +24,7 @@ _SIXTEEN_BIT = "a 16-bit image: convert it to 8 bits a pixel"
 _HEADER_ITEM = re.compile(rb"(?:\s|#[^\n]*\n)+(\d{1,9})")
 
 
-def check_size(width, height):
+def check_size(width: int, height: int) -> None:
     """Raises UserError for a frame without pixels or with absurdly many."""
     if width < 1 or height < 1:
         raise UserError("the image has no pixels (%d x %d)" % (width, height))
@@ -83,12 +85,12 @@ def _decode_compressed(data):
         raise UserError("damaged or truncated image (%s)" % error) from error
 
 
-def is_still(head):
+def is_still(head: bytes) -> bool:
     """Whether the first bytes of a file say that it is a PGM, PNG or JPEG."""
     return head.startswith((*PGM_MAGIC, PNG_MAGIC, JPEG_MAGIC))
 
 
-def decode_still(data):
+def decode_still(data: bytes) -> np.ndarray:
     """An image file's bytes as a 2-D uint8 array (rows, columns); colour becomes grey (ITU-R 601).
 
     Raises UserError when it is damaged, truncated, has 16 bits a pixel or is no PGM, PNG or JPEG.
@@ -100,7 +102,7 @@ def decode_still(data):
     raise UserError("not a PGM, PNG or JPEG image")
 
 
-def encode_pgm(frame):
+def encode_pgm(frame: np.ndarray) -> bytes:
     """The bytes of a binary PGM file that holds a 2-D uint8 array."""
     height, width = frame.shape
     return b"P5\n%d %d\n255\n" % (width, height) + frame.tobytes()

@@ -1,6 +1,9 @@
 """What a person sees while messages come in: the newest markers, the vehicle's pose and the health."""
 
+from __future__ import annotations
+
 from collections import deque
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Group
 from rich.table import Table
@@ -8,18 +11,22 @@ from rich.table import Table
 from larics.wire import messages as m
 from larics_host import wire_names as codes
 
+if TYPE_CHECKING:
+    from larics_host.connection.receiver import Message
+
+
 _ROWS = 12
 STATES = {m.LOST: "LOST", m.COASTING: "COASTING", m.TRACKING: "TRACKING"}
 
 
-def flag_text(flags):
+def flag_text(flags: int) -> str:
     """The names of the flags of a MARKER message that are set."""
     return ", ".join(
         codes.name_of("MARKER flag", 1 << bit) for bit in range(flags.bit_length()) if flags >> bit & 1
     )
 
 
-def fault_text(active, last):
+def fault_text(active: int, last: int) -> str:
     """Faults of a STATUS message: those that last, then the newest that is over."""
     names = [codes.name_of("Fault", bit) for bit in range(1, active.bit_length()) if active >> bit & 1]
     if last and not active >> last & 1:
@@ -27,7 +34,7 @@ def fault_text(active, last):
     return ", ".join(names) or "none"
 
 
-def marker_row(message):
+def marker_row(message: Message) -> list[str]:
     """A MARKER message as texts: frame, time, ID, x, y, z, heading, margin, age, notes."""
     fields = message.fields
     if fields["flags"] & m.MARKER_NONE:
@@ -53,15 +60,15 @@ HEADINGS = ("frame", "time s", "ID", "x mm", "y mm", "z mm", "heading deg", "mar
 class LiveTable:
     """Collects messages; `render()` gives what rich shows."""
 
-    def __init__(self, source):
+    def __init__(self, source: str) -> None:
         self._source = source
-        self._rows = deque(maxlen=_ROWS)
-        self._status = None
-        self._pose = None
-        self._info = None
+        self._rows: deque[list[str]] = deque(maxlen=_ROWS)
+        self._status: dict[str, Any] | None = None
+        self._pose: dict[str, Any] | None = None
+        self._info: dict[str, Any] | None = None
         self._counters = None
 
-    def add(self, message):
+    def add(self, message: Message) -> None:
         if message.name == "MARKER":
             self._rows.append(marker_row(message))
         elif message.name == "STATUS":
@@ -71,7 +78,7 @@ class LiveTable:
         elif message.name == "INFO":
             self._info = message.fields
 
-    def render(self, counters):
+    def render(self, counters: Any) -> Group:
         table = Table(title="larics log %s" % self._source, title_justify="left")
         for heading in HEADINGS:
             table.add_column(heading, justify="left" if heading == "notes" else "right", no_wrap=True)
@@ -122,7 +129,7 @@ class LiveTable:
         return lines
 
 
-def reception(counters):
+def reception(counters: Any) -> tuple[int, int, int]:
     """(messages received, missing by their numbers, damaged) of a decoder's counters."""
     damaged = counters.crc + counters.cobs + counters.length + counters.over_long + counters.out_of_range
     return counters.messages, counters.gaps, damaged

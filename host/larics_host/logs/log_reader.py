@@ -4,16 +4,23 @@
 PREFIX.bin with every byte as it came and PREFIX.mcap with every message.
 """
 
+from __future__ import annotations
+
 import contextlib
 import csv
 import json
 import time
+from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from larics.wire.codec import Encoder
 from larics_host.connection.receiver import Receiver, wire_bytes
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+
 
 _PIECE = 65536
 
@@ -25,7 +32,7 @@ class Piece(NamedTuple):
     data: bytes
 
 
-def read_records(path):
+def read_records(path: StrPath) -> Iterator[dict[str, Any]]:
     """Yields the objects of a .jsonl log. UserError where it is none; a last line cut short is left out."""
     try:
         with open(path, encoding="utf-8") as file:
@@ -44,7 +51,7 @@ def read_records(path):
         raise UserError("%s is not from larics log" % path) from None
 
 
-def read_pieces(path):
+def read_pieces(path: StrPath) -> Generator[Piece]:
     """Yields the Pieces of a log: .jsonl, .csv, .mcap, or raw bytes, whose times come from the .jsonl beside.
 
     Raises UserError when it cannot be read or holds nothing.
@@ -146,13 +153,13 @@ class Pacer:
     """Waits until a Piece is due: at the speed of the recording times `speed`, not at all when that is 0.
     Bytes whose time is unknown take as long as on a line of `baud`."""
 
-    def __init__(self, speed=1.0, baud=115200):
+    def __init__(self, speed: float = 1.0, baud: int = 115200) -> None:
         self._speed = speed
         self._byte_s = 10 / baud
-        self._origin_s = None
+        self._origin_s: float | None = None
         self._recorded_s = 0.0
 
-    def wait(self, piece):
+    def wait(self, piece: Piece) -> None:
         if not self._speed:
             return
         if self._origin_s is None:
@@ -172,13 +179,13 @@ class RecordedSource:
 
     live = False
 
-    def __init__(self, path, speed=0.0):
+    def __init__(self, path: StrPath, speed: float = 0.0) -> None:
         self.name = str(path)
         self.time_s = 0.0
         self._pacer = Pacer(speed)
         self._pieces = read_pieces(path)
 
-    def read(self):
+    def read(self) -> bytes | None:
         """The next bytes when they are due, or None at the end. UserError when the log cannot be read."""
         piece = next(self._pieces, None)
         if piece is None:
@@ -188,5 +195,5 @@ class RecordedSource:
             self.time_s = piece.time_s
         return piece.data
 
-    def close(self):
+    def close(self) -> None:
         self._pieces.close()

@@ -1,14 +1,21 @@
 """Writes received messages to files, each out of the program as soon as it is complete."""
 
+from __future__ import annotations
+
 import csv
 import json
 import os
 import time
+from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
 from larics_host.connection.receiver import readable
 from larics_host.errors import UserError
 from larics_host.logs.mcap_log import McapLog, writer_class
+
+if TYPE_CHECKING:
+    from larics_host.connection.receiver import Message
+
 
 MARKER_COLUMNS = [field[0] for field in protocol.fields(protocol.MARKER)]
 
@@ -21,7 +28,7 @@ class Recorder:
     Line-buffered: ending the program by force loses nothing that was received before.
     """
 
-    def __init__(self, prefix, raw=False, force=False, mcap=False):
+    def __init__(self, prefix: str, raw: bool = False, force: bool = False, mcap: bool = False) -> None:
         names = [prefix + ".csv", prefix + ".jsonl"] + ([prefix + ".bin"] if raw else [])
         names += [prefix + ".mcap"] if mcap else []
         for name in names:
@@ -30,7 +37,7 @@ class Recorder:
         if mcap:
             writer_class()  # before there are files
         self.files = names
-        self._open = []
+        self._open: list[Any] = []
         try:
             for name in names[:2]:
                 self._open.append(open(name, "w", buffering=1, newline="", encoding="utf-8"))  # noqa: SIM115
@@ -48,11 +55,11 @@ class Recorder:
         self._csv = csv.writer(self._open[0], lineterminator="\n")
         self._csv.writerow(["time_s", "sequence", *MARKER_COLUMNS])
 
-    def write_bytes(self, data):
+    def write_bytes(self, data: bytes) -> None:
         if self._raw is not None:
             self._raw.write(data)
 
-    def write(self, message):
+    def write(self, message: Message) -> None:
         """Writes one Message. OSError when the disk is full."""
         record = {"time_s": round(message.time_s, 6), "message": message.name, "sequence": message.sequence}
         fields = readable(message.fields)
@@ -64,7 +71,7 @@ class Recorder:
         if self._mcap is not None:
             self._mcap.write(message)
 
-    def close(self):
+    def close(self) -> None:
         for file in self._open:
             file.close()
         self._open = []

@@ -1,14 +1,22 @@
 """Messages as MCAP, the recording format that Foxglove opens: JSON with a JSON schema for each type."""
 
+from __future__ import annotations
+
 import json
+from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
 from larics_host.errors import UserError
 
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+    from larics_host.connection.receiver import Message
+
+
 _NS = 1_000_000_000
 
 
-def schema(number):
+def schema(number: int) -> dict[str, Any]:
     """The JSON schema of a message type, with range, unit and meaning of each field."""
     properties = {
         "time_s": {"type": "number", "description": "when it was received, seconds since the log began"}
@@ -22,7 +30,7 @@ def schema(number):
     return {"title": "larics." + protocol.name(number), "type": "object", "properties": properties}
 
 
-def writer_class():
+def writer_class() -> Any:
     """mcap's Writer; UserError when the package is not installed."""
     try:
         from mcap.writer import Writer
@@ -38,19 +46,19 @@ class McapLog:
     loses nothing. start_ns: wall clock of the messages' time_s 0.
     """
 
-    def __init__(self, path, start_ns):
+    def __init__(self, path: StrPath, start_ns: int) -> None:
         from larics import __version__
 
         writer = writer_class()
         self._file = open(path, "wb")  # noqa: SIM115 (closed in close())
         self._start_ns = start_ns
-        self._channels = {}
+        self._channels: dict[str, int] = {}
         self._numbers = {name: number for name, number, _, _ in protocol.MESSAGES}
         self._writer = writer(self._file, use_chunking=False)
         self._writer.start(profile="", library="larics " + __version__)
         self._file.flush()
 
-    def write(self, message):
+    def write(self, message: Message) -> None:
         """Adds a receiver.Message; its publish time is that of the measurement where it has an age."""
         channel = self._channels.get(message.name) or self._channel(message.name)
         received_ns = self._start_ns + round(message.time_s * _NS)
@@ -66,7 +74,7 @@ class McapLog:
         self._channels[name] = channel
         return channel
 
-    def close(self):
+    def close(self) -> None:
         if self._file.closed:
             return
         self._writer.finish()

@@ -6,14 +6,23 @@ claims counts linearly, not squared. Groups of markers that no link ties togethe
 where three or more determine how the groups lie to each other.
 """
 
+from __future__ import annotations
+
 import math
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from larics_host.errors import UserError
 from larics_host.mapping.links import turn, wrapped
+
+if TYPE_CHECKING:
+    from larics_host.annotations import MarkerPose
+    from larics_host.mapping.links import Links
+
 
 _SIGMA_MM, _SIGMA_DEG = 2.0, 0.15  # of a link's reading
 _DISTANCE_SIGMA_MM = 3.0
@@ -34,13 +43,13 @@ class Built:
     notes: list = field(default_factory=list)
 
 
-def build(links, distances=()):
+def build(links: Links, distances: Iterable[tuple[int, int, float]] = ()) -> Built:
     """The Built of links.Links; distances: [(number, number, mm)]. UserError when no two markers are tied."""
     groups = _groups(len(links.places), links.links)
     poses = {}
     for group in groups:
         poses.update(_spread(group, links.links))
-    notes = []
+    notes: list[str] = []
     main = list(groups[0])
     waiting = [group for group in groups[1:]]
     tied = True
@@ -212,7 +221,7 @@ def _turned(x, y, angle_deg):
     return c * x - s * y, s * x + c * y
 
 
-def anchored(poses, number, anchor):
+def anchored(poses: dict[int, MarkerPose], number: int, anchor: MarkerPose) -> dict[int, MarkerPose]:
     """The poses moved and turned as a whole, so that one of them is `anchor` (x mm, y mm, heading deg)."""
     x, y, heading = poses[number]
     angle = anchor[2] - heading

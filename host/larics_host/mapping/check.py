@@ -1,16 +1,30 @@
 """What no map can be, and what no vehicle can drive: every problem, one line each."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from larics import settings as setting_rules
 from larics.locate.marker_map import MarkerMap, map_reason
 from larics.locate.route import resolve_entries, route_reason
 from larics.marker import ID_COUNT
 
+if TYPE_CHECKING:
+    from larics.settings import Settings
+    from larics_host.mapping.mapfile import Map
+
+
 _TOLERANCE_MM = 30.0
 
 
-def problems(hall, reach_mm, distances=(), settings=None):
+def problems(
+    hall: Map,
+    reach_mm: float,
+    distances: Iterable[tuple[int, int, float]] = (),
+    settings: Settings | None = None,
+) -> list[str]:
     """Lines about a mapfile.Map.
 
     reach_mm   the farthest that a vehicle drives from marker to marker

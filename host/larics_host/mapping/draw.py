@@ -1,14 +1,22 @@
 """The map as a picture: plates true to scale, orientation lines, the route, and what was seen together."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from larics.marker import LARICS3
 from larics_host.plots import COLOURS, new_figure, png
 
+if TYPE_CHECKING:
+    from larics_host.mapping.mapfile import Map
+
+
 _USUAL_MM = LARICS3.outer_mm10 / 10
 
 
-def draw_map(hall, links=(), title=""):
+def draw_map(hall: Map, links: Iterable[Any] = (), title: str = "") -> bytes:
     """PNG of a mapfile.Map; links: [((x, y), (x, y))] to draw as thin lines."""
     from matplotlib.patches import Circle
 

@@ -5,9 +5,12 @@ marker. With repeated IDs, markers are told apart by following the vehicle from 
 seen where a known marker is expected is that marker; what is seen elsewhere, beside a known one, is new.
 """
 
+from __future__ import annotations
+
 import math
 from collections import Counter, defaultdict
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,6 +18,10 @@ from larics.wire import messages as m
 from larics_host.connection.receiver import Receiver
 from larics_host.errors import UserError
 from larics_host.logs.log_reader import read_pieces
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+
 
 # how far a marker may be seen from where it is expected: any, because no other plate has room there; and
 # one with the expected ID, because no other of that ID is as near (larics.locate.marker_map.REPEAT_APART_MM)
@@ -39,20 +46,20 @@ class Sighting(NamedTuple):
 class Place:
     """A marker of the building: number, votes of its ID, heights, readings."""
 
-    def __init__(self, number):
+    def __init__(self, number: int) -> None:
         self.number = number
-        self.votes = Counter()
-        self.heights_mm = []
+        self.votes: Counter[int] = Counter()
+        self.heights_mm: list[float] = []
 
     @property
-    def id(self):
+    def id(self) -> int:
         return self.votes.most_common(1)[0][0]
 
     @property
-    def seen(self):
+    def seen(self) -> int:
         return sum(self.votes.values())
 
-    def note(self, sighting):
+    def note(self, sighting: Sighting) -> None:
         self.votes[sighting.id] += 1
         if len(self.heights_mm) < 1000:
             self.heights_mm.append(sighting.height_mm)
@@ -62,16 +69,17 @@ class Links:
     """places: list of Place; links: {(number, number): array (N, 3) of x mm, y mm, heading deg of the second
     in the axes of the first}; refused: readings that agree with no others."""
 
-    def __init__(self, places, links, refused):
+    def __init__(self, places: list[Place], links: dict[tuple[int, int], np.ndarray], refused: int) -> None:
         self.places = places
         self.links = links
         self.refused = refused
 
 
-def read_frames(path):
+def read_frames(path: StrPath) -> Iterator[tuple[int, list[Sighting]]]:
     """Yields (frame number, [Sighting]) of a log of larics log; frames without a usable marker too."""
     receiver = Receiver()
-    frame, sightings = None, []
+    frame = None
+    sightings: list[Sighting] = []
     uncalibrated = False
     for piece in read_pieces(path):
         for message in receiver.feed(piece.data, 0.0):
@@ -101,12 +109,12 @@ def _sighting(fields):
     return Sighting(fields["id"], *lengths, fields["heading_cdeg"] / 100, fields["z_mm10"] / 10)
 
 
-def turn(x, y, angle_deg):
+def turn(x: float, y: float, angle_deg: float) -> tuple[float, float]:
     c, s = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
     return c * x - s * y, s * x + c * y
 
 
-def wrapped(angle_deg):
+def wrapped(angle_deg: float) -> float:
     return (angle_deg + 180) % 360 - 180
 
 
@@ -218,7 +226,7 @@ class _ByPlace:
         return entry
 
 
-def collect(paths, repeats):
+def collect(paths: Iterable[StrPath], repeats: bool) -> Links:
     """The Links of some logs; repeats: whether IDs stand at several places."""
     naming = _ByPlace() if repeats else _ById()
     readings = defaultdict(list)

@@ -10,14 +10,21 @@ Height (of the marker in the vehicle frame) and radius (of the outer ring) may b
 the camera's settings for the ceiling and the size hold.
 """
 
+from __future__ import annotations
+
 import csv
 import json
 import math
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
 from larics_host import files
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+
 
 VERSION = 1
 _FIELDS = ("id", "x_mm", "y_mm", "heading_deg", "height_mm", "radius_mm")
@@ -35,7 +42,7 @@ class Marker:
     height_mm: float | None = None
     radius_mm: float | None = None
 
-    def row(self):
+    def row(self) -> list[int]:
         """The row of the setting `map`."""
         return [
             self.id,
@@ -54,7 +61,7 @@ class Map:
     markers: list = field(default_factory=list)
     route: list = field(default_factory=list)
 
-    def rows(self):
+    def rows(self) -> list[list[int]]:
         return [marker.row() for marker in self.markers]
 
 
@@ -87,7 +94,7 @@ def _marker(values, where):
     return marker
 
 
-def parse_marker(text):
+def parse_marker(text: str) -> Marker:
     """A Marker of "ID,X,Y,HEADING[,HEIGHT[,RADIUS]]"."""
     parts = text.split(",")
     if not len(_REQUIRED) <= len(parts) <= len(_FIELDS):
@@ -101,7 +108,7 @@ def _route(ids, where):
     return ids
 
 
-def of_settings(values, where="settings"):
+def of_settings(values: dict[str, Any], where: str = "settings") -> Map:
     """The Map in a dict of settings."""
     markers = []
     for row in values.get("map", []):
@@ -110,7 +117,7 @@ def of_settings(values, where="settings"):
     return Map(markers, _route(list(values.get("route", [])), where))
 
 
-def read_map(path):
+def read_map(path: StrPath) -> Map:
     """The Map of a file: of this format, or of settings that hold a map. UserError in one line."""
     data = files.read_json(path)
     if isinstance(data, dict) and "map" in data:
@@ -132,7 +139,7 @@ def read_map(path):
     return Map(markers, _route(data.get("route", []), str(path)))
 
 
-def read_csv(path):
+def read_csv(path: StrPath) -> list[Marker]:
     """Markers of a survey: a CSV with the columns id, x_mm, y_mm, heading_deg and, if need be, the others."""
     try:
         with open(path, newline="", encoding="utf-8") as file:
@@ -144,7 +151,7 @@ def read_csv(path):
         raise UserError("%s is not a CSV text" % path) from None
 
 
-def write_map(path, hall):
+def write_map(path: StrPath, hall: Map) -> None:
     """Writes a Map, one marker a line."""
     lines = []
     for marker in hall.markers:

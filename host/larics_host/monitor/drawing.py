@@ -1,8 +1,15 @@
 """The bird's-eye view as text: vehicle, markers and trail in Braille dots, two by four a letter."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from larics.marker import LARICS3
+
+if TYPE_CHECKING:
+    from larics_host.monitor.state import MonitorState
+
 
 _BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 _RING_MM = LARICS3.outer_mm10 / 10
@@ -13,41 +20,41 @@ _SPANS_MM = (500, 1000, 2000, 3000, 5000, 8000, 12000, 20000, 40000, 80000, 1600
 class Canvas:
     """`columns` x `rows` letters over a square-pixelled window of the plane; x right, y up, in mm."""
 
-    def __init__(self, columns, rows, center, mm_per_dot):
+    def __init__(self, columns: int, rows: int, center: tuple[float, float], mm_per_dot: float) -> None:
         self._columns, self._rows = columns, rows
         self._center = center
         self._scale = mm_per_dot
         self._cells = [[0] * columns for _ in range(rows)]
-        self._letters = {}
+        self._letters: dict[tuple[int, int], str] = {}
 
     def _dot(self, x_mm, y_mm):
         column = self._columns + (x_mm - self._center[0]) / self._scale
         row = 2 * self._rows - (y_mm - self._center[1]) / self._scale
         return math.floor(column), math.floor(row)
 
-    def point(self, x_mm, y_mm):
+    def point(self, x_mm: float, y_mm: float) -> None:
         column, row = self._dot(x_mm, y_mm)
         if 0 <= column < 2 * self._columns and 0 <= row < 4 * self._rows:
             self._cells[row // 4][column // 2] |= _BITS[row % 4][column % 2]
 
-    def line(self, x1, y1, x2, y2):
+    def line(self, x1: float, y1: float, x2: float, y2: float) -> None:
         steps = max(1, min(500, round(math.hypot(x2 - x1, y2 - y1) / self._scale)))
         for k in range(steps + 1):
             self.point(x1 + (x2 - x1) * k / steps, y1 + (y2 - y1) * k / steps)
 
-    def circle(self, x_mm, y_mm, radius_mm):
+    def circle(self, x_mm: float, y_mm: float, radius_mm: float) -> None:
         steps = max(8, min(200, round(7 * radius_mm / self._scale)))
         for k in range(steps):
             angle = 2 * math.pi * k / steps
             self.point(x_mm + radius_mm * math.cos(angle), y_mm + radius_mm * math.sin(angle))
 
-    def text(self, x_mm, y_mm, text):
+    def text(self, x_mm: float, y_mm: float, text: str) -> None:
         column, row = self._dot(x_mm, y_mm)
         for k, letter in enumerate(text):
             if 0 <= row // 4 < self._rows and 0 <= column // 2 + k < self._columns:
                 self._letters[row // 4, column // 2 + k] = letter
 
-    def lines(self):
+    def lines(self) -> list[str]:
         """The drawing, one string a row."""
         return [
             "".join(
@@ -87,7 +94,7 @@ def _mm_per_dot(columns, rows, reach_x_mm, reach_y_mm):
     return scale
 
 
-def draw_view(state, columns, rows):
+def draw_view(state: MonitorState, columns: int, rows: int) -> tuple[str, list[str]]:
     """(caption, lines): the map with the trail when there are poses, else what is above the vehicle."""
     if state.trail:
         return _draw_map(state, columns, rows)

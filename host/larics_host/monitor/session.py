@@ -1,12 +1,19 @@
 """Reads a camera's line, or a log, in a thread of its own, and fetches raw frames on request."""
 
+from __future__ import annotations
+
 import threading
 import time
+from typing import TYPE_CHECKING, Any
 
 from larics_host.connection.byte_sources import ConnectionLost
 from larics_host.connection.client import Client, NoAnswer
 from larics_host.connection.receiver import message_of
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.monitor.state import MonitorState
+
 
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "allow_id0")
 
@@ -14,7 +21,7 @@ _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "allow_id0")
 class RawPicture:
     """The last raw frame: its number, the PNG with the detections drawn in, and how far a fetch is."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.number = None
         self.png = None
         self.error = None
@@ -29,7 +36,7 @@ class Session:
     live: whether the source is a camera, which can be asked for settings and raw frames.
     """
 
-    def __init__(self, source, state):
+    def __init__(self, source: Any, state: MonitorState) -> None:
         self.lock = threading.Lock()
         self.state = state
         self.raw = RawPicture()
@@ -41,19 +48,19 @@ class Session:
         self._start_s = time.monotonic()
         self._wanted = threading.Event()
         self._stop = threading.Event()
-        self._settings = {}
+        self._settings: dict[str, Any] = {}
         self._has_map = bool(state.landmarks)
         self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def start(self):
+    def start(self) -> None:
         self._thread.start()
 
-    def stop(self):
+    def stop(self) -> None:
         self._stop.set()
         self._thread.join(timeout=5)
         self._source.close()
 
-    def fetch_raw(self):
+    def fetch_raw(self) -> bool:
         """Asks for a raw frame; `raw` tells what becomes of it. False when that is not possible."""
         if not self.live or self.ended:
             return False

@@ -1,11 +1,19 @@
 """What the messages of a camera say at a moment, and what they said before: for whoever shows it."""
 
+from __future__ import annotations
+
 import math
 from collections import deque
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from larics.wire import messages as m
 from larics_host import wire_names as codes
 from larics_host.logs.live_table import STATES, flag_text, reception
+
+if TYPE_CHECKING:
+    from larics_host.connection.receiver import Message
+
 
 _POINTS = 4000
 _RATE_S = 2.0
@@ -20,31 +28,34 @@ class MonitorState:
     Points and trail are numbered, so that whoever has shown some asks only for the rest.
     """
 
-    def __init__(self, source, map_rows=()):
+    def __init__(self, source: str, map_rows: Iterable[Sequence[int]] = ()) -> None:
         self.source = source
         self.info = self.status = self.pose = self.counters = None
-        self.markers = []  # of the newest frame, the nearest first
+        self.markers: list[dict[str, Any]] = []  # of the newest frame, the nearest first
         self.frame = None
         self.frames = 0
         self.now_s = 0.0
-        self.points = deque(maxlen=_POINTS)  # (number, time s, x mm, y mm, heading deg, ID), None: no marker
-        self.trail = deque(maxlen=_POINTS)  # (number, x mm, y mm, heading deg, state)
-        self.events = deque(maxlen=_EVENTS)  # (time s, text)
-        self.landmarks = {}  # ID: list of (x mm, y mm, heading deg, in the map)
-        self._arrivals = deque()
+        # (number, time s, x mm, y mm, heading deg, ID), None: no marker
+        self.points: deque[tuple[Any, ...]] = deque(maxlen=_POINTS)
+        self.trail: deque[tuple[Any, ...]] = deque(maxlen=_POINTS)  # (number, x mm, y mm, heading deg, state)
+        self.events: deque[tuple[float, str]] = deque(maxlen=_EVENTS)  # (time s, text)
+        self.landmarks: dict[
+            int, list[tuple[Any, ...]]
+        ] = {}  # ID: list of (x mm, y mm, heading deg, in the map)
+        self._arrivals: deque[float] = deque()
         self._number = 0
         self._fault_count = None
         self._state = None
         self.set_map(map_rows)
 
-    def set_map(self, rows):
+    def set_map(self, rows: Iterable[Sequence[int]]) -> None:
         """Places the markers of a map; what was learned of others stays."""
         for marker_id in {row[0] for row in rows}:
             self.landmarks.pop(marker_id, None)
         for marker_id, x_mm, y_mm, heading_cdeg, *_ in rows:
             self.landmarks.setdefault(marker_id, []).append((x_mm, y_mm, heading_cdeg / 100, True))
 
-    def add(self, message, counters):
+    def add(self, message: Message, counters: Any) -> None:
         """Takes a receiver.Message in; counters of the decoder it came from."""
         self.now_s = message.time_s
         self.counters = counters
@@ -126,22 +137,22 @@ class MonitorState:
             self._state = state
 
     @property
-    def state(self):
+    def state(self) -> str | None:
         """TRACKING, COASTING or LOST, by the newest message that tells; None before."""
         return self._state
 
-    def rate_hz(self):
+    def rate_hz(self) -> float | None:
         """Frames a second by their arrival."""
         if len(self._arrivals) < 2 or self._arrivals[-1] == self._arrivals[0]:
             return None
         return (len(self._arrivals) - 1) / (self._arrivals[-1] - self._arrivals[0])
 
-    def faults(self):
+    def faults(self) -> list[str]:
         """Names of the faults that last."""
         active = self.status["active_faults"] if self.status else 0
         return [codes.name_of("Fault", bit) for bit in range(active.bit_length()) if active >> bit & 1]
 
-    def snapshot(self, after=0):
+    def snapshot(self, after: int = 0) -> dict[str, Any]:
         """Everything to show; of points and trail those numbered above `after`, all when that is 0."""
         received = reception(self.counters) if self.counters else (0, 0, 0)
         return {

@@ -1,5 +1,9 @@
 """The monitor in the terminal."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from rich.columns import Columns
 from rich.console import Group
 from rich.panel import Panel
@@ -9,6 +13,10 @@ from rich.text import Text
 from larics_host.logs.live_table import fault_text, reception
 from larics_host.monitor.drawing import draw_view
 from larics_host.wording import counted
+
+if TYPE_CHECKING:
+    from larics_host.monitor.state import MonitorState
+
 
 _COLOURS = {
     "TRACKING": "bold white on green",
@@ -97,9 +105,11 @@ def _health_rows(state):
         yield "received", "%s, %d lost, %d damaged" % (counted(received, "message"), lost, damaged)
 
 
-def render(state, ended=None):
+def render(state: MonitorState, ended: str | None = None) -> Group:
     """What rich shows of a MonitorState."""
-    label = Text(" %s " % (state.state or "WAITING"), style=_COLOURS.get(state.state, "bold white on blue"))
+    label = Text(
+        " %s " % (state.state or "WAITING"), style=_COLOURS.get(state.state or "", "bold white on blue")
+    )
     title = Text.assemble(label, "  larics monitor  ", (state.source, "dim"))
     if state.info:
         title.append("  %(board)s, %(width)dx%(height)d px" % state.info, style="dim")

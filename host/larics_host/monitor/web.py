@@ -1,12 +1,18 @@
 """The monitor as a page for browsers of this computer: one HTML file, server-sent events, one picture."""
 
+from __future__ import annotations
+
 import json
 import threading
 import time
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
+from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics_host.monitor.session import Session
 
 _PERIOD_S = 0.1
 _KEEP_ALIVE_S = 5.0
@@ -123,7 +129,7 @@ class _Server(ThreadingHTTPServer):
         super().shutdown()
 
 
-def serve(session, port):
+def serve(session: Session, port: int) -> ThreadingHTTPServer:
     """A server that runs in a thread until its `shutdown`; port 0 takes any free one (`server_port`)."""
     try:
         server = _Server(("127.0.0.1", port), session)

@@ -1,9 +1,18 @@
 """Print-ready markers, true to scale: PDF (tiled over A4 or A3), SVG and PNG."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
 from larics_host.printing import layout
+
+if TYPE_CHECKING:
+    from larics.marker import Family
+    from larics_host.annotations import StrPath
+
 
 FORMATS = (".pdf", ".svg", ".png")
 
@@ -42,7 +51,9 @@ def _rendered(family, marker_ids, path, paper, dpi):
             yield target, png_bytes(sheet, dpi)
 
 
-def write_markers(family, marker_ids, path, paper="a4", dpi=300):
+def write_markers(
+    family: Family, marker_ids: Sequence[int], path: StrPath, paper: str = "a4", dpi: float = 300
+) -> list[Path]:
     """Writes markers to `path`, whose extension says the format; returns the paths written.
 
     PDF: all IDs in one file, on `paper` a4 or a3 (in tiles where larger) or plate (one page each).

@@ -4,11 +4,18 @@ Coordinates: x right, y up, origin at the bottom left. The orientation line poin
 (pdf.py, svg.py, png.py) only draws the primitives of a `Sheet`, so all formats agree.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 from larics import marker as geometry
 from larics_host.errors import UserError
+
+if TYPE_CHECKING:
+    from larics.marker import Family
+
 
 PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0)}
 MARGIN_MM = 10.0  # left, right and top of a page
@@ -69,16 +76,16 @@ class Sheet:
     furniture: list
 
 
-def content_side_mm(family):
+def content_side_mm(family: Family) -> float:
     """Side of the square that holds the plate and its crop marks."""
     return family.plate_mm10 / 5 + 2 * (CROP_GAP_MM + CROP_LENGTH_MM)
 
 
-def marker_content(family, marker_id):
+def marker_content(family: Family, marker_id: int) -> list[Ring | Line | Text]:
     """The marker in a square of `content_side_mm`: strokes, cut line of the plate, crop marks, small ID."""
     side = content_side_mm(family)
     middle, plate = side / 2, family.plate_mm10 / 10
-    items = [Ring(middle, middle, plate, HAIRLINE_MM, grey=0.6, dash=2.0)]
+    items: list[Ring | Line | Text] = [Ring(middle, middle, plate, HAIRLINE_MM, grey=0.6, dash=2.0)]
     for kind, *values in family.strokes(marker_id):
         if kind == geometry.RING:
             radius, width = (value / 10 for value in values)
@@ -119,7 +126,7 @@ def _furniture(page_width, lines):
     return items
 
 
-def describe(family, marker_id):
+def describe(family: Family, marker_id: int) -> str:
     return "LARICS-3 ID %d, outer ring radius %g mm, line width %g mm" % (
         marker_id,
         family.outer_mm10 / 10,
@@ -127,7 +134,7 @@ def describe(family, marker_id):
     )
 
 
-def plate_sheet(family, marker_id):
+def plate_sheet(family: Family, marker_id: int) -> Sheet:
     """One page just large enough for the marker and the ruler, in one piece."""
     side = content_side_mm(family)
     width = max(side, RULER_MM + 30.0) + 2 * MARGIN_MM
@@ -167,10 +174,10 @@ def _cut_marks(window, column, row, columns, rows):
     return items
 
 
-def paper_sheets(family, marker_id, paper):
+def paper_sheets(family: Family, marker_id: int, paper: str) -> list[Sheet]:
     """The marker on pages of a paper size: one page, or overlapping tiles, whichever way needs fewer."""
     side = content_side_mm(family)
-    best = None
+    best: Any = None
     short, long = PAPERS_MM[paper]
     for page_width, page_height in ((short, long), (long, short)):
         width, height = page_width - 2 * MARGIN_MM, page_height - MARGIN_MM - FOOT_MM

@@ -1,10 +1,18 @@
 """Sheets as a vector PDF, true to scale."""
 
+from __future__ import annotations
+
 import io
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from reportlab.pdfgen import canvas
 
 from larics_host.printing.layout import Line, Ring, Text
+
+if TYPE_CHECKING:
+    from larics_host.printing.layout import Sheet
+
 
 POINT_MM = 25.4 / 72
 
@@ -27,7 +35,7 @@ def _draw(page, items):
             page.line(item.x1, item.y1, item.x2, item.y2)
 
 
-def pdf_bytes(sheets, title):
+def pdf_bytes(sheets: Iterable[Sheet], title: str) -> bytes:
     """A PDF of the sheets, a page each; equal input gives equal bytes."""
     buffer = io.BytesIO()
     page = canvas.Canvas(buffer, invariant=1)

@@ -1,12 +1,19 @@
 """A sheet as an anti-aliased grey PNG with its resolution written into it."""
 
+from __future__ import annotations
+
 import io
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from larics_host.errors import UserError
 from larics_host.printing.layout import Ring, Text
+
+if TYPE_CHECKING:
+    from larics_host.printing.layout import Sheet
+
 
 MAX_SIDE_PX = 20000
 STRIP_ROWS = 256  # bounds the memory: a large sheet has more pixels than fit as floats
@@ -57,7 +64,7 @@ def _draw(pixels, items, sheet_height, scale, dx=0.0, dy=0.0):
             np.minimum(window, 255 - (255 * (1 - item.grey) * cover + 0.5).astype(np.uint8), out=window)
 
 
-def png_bytes(sheet, dpi):
+def png_bytes(sheet: Sheet, dpi: float) -> bytes:
     """The sheet as an 8-bit grey PNG at `dpi` pixels an inch. Raises UserError when that is too large."""
     scale = dpi / 25.4
     width, height = round(sheet.width * scale), round(sheet.height * scale)

@@ -1,8 +1,14 @@
 """A sheet as SVG: one user unit is one millimetre."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
 from larics_host.printing.layout import Ring, Text
+
+if TYPE_CHECKING:
+    from larics_host.printing.layout import Sheet
 
 
 def _number(value):
@@ -34,7 +40,7 @@ def _element(item, height, dx=0.0, dy=0.0):
     )
 
 
-def svg_bytes(sheet, title):
+def svg_bytes(sheet: Sheet, title: str) -> bytes:
     """The sheet as an SVG document whose width and height are in millimetres."""
     width, height = _number(sheet.width), _number(sheet.height)
     lines = [

@@ -5,11 +5,18 @@ image x right, y down, pixel centres at integers. Everything here is float64 and
 integer code of `larics`.
 """
 
+from __future__ import annotations
+
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from larics_host.annotations import Numbers
+
 
 LENS_TABLE_SIZE = 1024
 # the lens table reaches this far beyond the corner of the frame, for samples just outside it
@@ -33,7 +40,7 @@ class Motion:
     left_mm_s: float = 0.0
     turn_deg_s: float = 0.0
 
-    def drive(self, pose, seconds):
+    def drive(self, pose: Pose, seconds: Numbers) -> tuple[Any, Any, Any]:
         """x, y (mm) and heading (rad) `seconds` after `pose` (negative: before), exact on the arc.
 
         `seconds` is a number or an array; so are the results.
@@ -46,7 +53,7 @@ class Motion:
         y = pose.y_mm + chord * (sin * self.forward_mm_s + cos * self.left_mm_s)
         return x, y, heading + 2 * half
 
-    def pose_after(self, pose, seconds):
+    def pose_after(self, pose: Pose, seconds: float) -> Pose:
         """The Pose `seconds` (negative: before) from `pose`."""
         x, y, heading = self.drive(pose, seconds)
         return Pose(float(x), float(y), math.degrees(heading))
@@ -97,8 +104,8 @@ class Camera:
     width: int = 360
     height: int = 296
     focal_px: float = 600.0
-    center_x_px: float | None = None
-    center_y_px: float | None = None
+    center_x_px: float = None  # type: ignore[assignment]  # the middle
+    center_y_px: float = None  # type: ignore[assignment]
     k1: float = 0.0
     k2: float = 0.0
     mounting_deg: float = 0.0
@@ -109,6 +116,12 @@ class Camera:
     offset_y_mm: float = 0.0
     row_us: float = 0.0
     exposure_us: float = 0.0
+    # worked out from the others
+    rotation: np.ndarray = field(init=False, repr=False, compare=False)
+    middle_row: float = field(init=False, repr=False, compare=False)
+    lens_step: float = field(init=False, repr=False, compare=False)
+    lens_table: np.ndarray = field(init=False, repr=False, compare=False)
+    fold_square: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self):
         if self.center_x_px is None:
@@ -138,11 +151,11 @@ class Camera:
         lean = np.eye(3) + math.sin(tilt) * cross + (1 - math.cos(tilt)) * (cross @ cross)
         return lean @ turn @ base
 
-    def row_seconds(self, y_px):
+    def row_seconds(self, y_px: Numbers) -> Any:
         """Mid-exposure time of a row, seconds after that of the middle of the frame."""
         return (y_px - self.middle_row) * self.row_us * 1e-6
 
-    def project(self, points_vehicle):
+    def project(self, points_vehicle: np.ndarray) -> np.ndarray:
         """(N, 3) points in the vehicle frame, mm from the lens -> (N, 2) px; NaN out of its sight."""
         x, y, z = (np.asarray(points_vehicle, dtype=float) @ self.rotation).T
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -158,7 +171,7 @@ class Camera:
             axis=1,
         )
 
-    def ray(self, x_px, y_px):
+    def ray(self, x_px: float, y_px: float) -> np.ndarray:
         """Direction in the vehicle frame (3 floats, not normalised) of what pixel position x, y sees."""
         sign = -1.0 if self.mirrored else 1.0
         x = sign * (x_px - self.center_x_px) / self.focal_px
@@ -166,7 +179,7 @@ class Camera:
         bend = np.interp((x * x + y * y) / self.lens_step, np.arange(LENS_TABLE_SIZE), self.lens_table)
         return self.rotation @ np.array([x * bend, y * bend, 1.0])
 
-    def look_at(self, map_xy, ceiling_mm, pose):
+    def look_at(self, map_xy: np.ndarray, ceiling_mm: float, pose: Pose) -> np.ndarray:
         """(N, 2) map points on a ceiling `ceiling_mm` above the lens -> (N, 2) px, vehicle at `pose`."""
         return self._look_from(map_xy, ceiling_mm, pose.x_mm, pose.y_mm, math.radians(pose.heading_deg))
 
@@ -179,7 +192,9 @@ class Camera:
         points[:, 2] = ceiling_mm
         return self.project(points)
 
-    def capture(self, map_xy, ceiling_mm, pose, motion):
+    def capture(
+        self, map_xy: np.ndarray, ceiling_mm: float, pose: Pose, motion: Motion
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Where map points appear in the frame: each as seen at the mid-exposure of the row it falls on.
 
         map_xy (N, 2) mm; `pose` is the vehicle's at the mid-exposure of the frame's middle. Returns

@@ -4,17 +4,27 @@ Sizes are those of real ceilings in mm. `region` is (x0, y0, x1, y1) in the map;
 x, y, radius that furniture stays clear of.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from larics.marker import LARICS3
 from larics_host.render import painters
 from larics_host.render.painters import BOX, DISC, DOTS, GRILLE, RING, ROD
 from larics_host.render.scene import Surface, item, table
 
+if TYPE_CHECKING:
+    import numpy as np
+
+    from larics_host.annotations import Row
+
+
 TILE_SIZES_MM = ((600.0, 600.0), (625.0, 625.0), (1200.0, 600.0), (300.0, 300.0), (1250.0, 125.0))
 
 
-def draw_surface(rng):
+def draw_surface(rng: np.random.Generator) -> Surface:
     """A bare ceiling: white or grey, plain, tiled, or tiled with perforated tiles."""
     tiled = rng.random() < 0.7
     perforated = tiled and rng.random() < 0.15
@@ -159,7 +169,7 @@ def _hatch(rng, x, y, angle):
 STRAIGHT = (_grille, _pipe, _cable, _beam, _hatch)
 
 
-def draw_decoy(rng, x, y, angle):
+def draw_decoy(rng: np.random.Generator, x: float, y: float, angle: float) -> list[Row]:
     """A thing made to look like a marker that is none; no part of it may spell a valid one.
 
     The marker's rings without the orientation line; rings of other ratios with all lines; one ring alone
@@ -192,7 +202,14 @@ def draw_decoy(rng, x, y, angle):
     return rows + [line(quarter, *code) for quarter in (1, 2, 3) if rng.random() < 0.5]
 
 
-def draw_furniture(rng, region, circles, straight, decoys=0, keep_out=()):
+def draw_furniture(
+    rng: np.random.Generator,
+    region: tuple[float, float, float, float],
+    circles: int,
+    straight: int,
+    decoys: int = 0,
+    keep_out: Iterable[Any] = (),
+) -> np.ndarray:
     """Object table of about `circles`, `straight` and `decoys` things in the region, clear of `keep_out`."""
     rows = []
     tasks = ["decoy"] * decoys + ["straight"] * straight + ["circle"] * circles
@@ -212,7 +229,9 @@ def draw_furniture(rng, region, circles, straight, decoys=0, keep_out=()):
     return table(rows)
 
 
-def draw_shadows(rng, region, count):
+def draw_shadows(
+    rng: np.random.Generator, region: tuple[float, float, float, float], count: int
+) -> list[Row]:
     """Soft shadows of things between lamp and ceiling, as rows of shades."""
     rows = []
     for _ in range(count):
@@ -230,7 +249,7 @@ def draw_shadows(rng, region, count):
     return rows
 
 
-def draw_dirt(rng, x, y, radius, count):
+def draw_dirt(rng: np.random.Generator, x: float, y: float, radius: float, count: int) -> list[Row]:
     """Blotches, drips and dust on a plate, as rows of shades."""
     rows = []
     for _ in range(count):
@@ -246,7 +265,13 @@ def draw_dirt(rng, x, y, radius, count):
     return rows
 
 
-def draw_lamps(rng, region, count, radiance, keep_out=()):
+def draw_lamps(
+    rng: np.random.Generator,
+    region: tuple[float, float, float, float],
+    count: int,
+    radiance: float,
+    keep_out: Iterable[Any] = (),
+) -> list[Row]:
     """Lit panels, tubes and round lamps with a halo; `radiance` in units of the white plate."""
     rows = []
     for _ in range(count):
@@ -270,7 +295,7 @@ def draw_lamps(rng, region, count, radiance, keep_out=()):
     return rows
 
 
-def draw_glare(rng, x, y, away_mm, strength):
+def draw_glare(rng: np.random.Generator, x: float, y: float, away_mm: float, strength: float) -> Row:
     """The bright patch that a lamp leaves on a plate `away_mm` from its centre, as a row of lamps."""
     direction = rng.uniform(0, 2 * math.pi)
     where = (x + away_mm * math.cos(direction), y + away_mm * math.sin(direction))

@@ -1,7 +1,11 @@
 """A drive: a vehicle follows a path under several markers, and its camera takes pictures at a steady rate."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +18,10 @@ from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
 from larics_host.render.series import draw_camera, draw_sensor, generator, view_area_m2
 from larics_host.render.view import render_view
+
+if TYPE_CHECKING:
+    from larics_host.truth import Truth
+
 
 CURVE_RADIUS_MM = 2500.0
 SHAPES = ("straight", "curve")
@@ -29,11 +37,11 @@ class Path:
     arcs: tuple
 
     @property
-    def length_mm(self):
+    def length_mm(self) -> float:
         """Length of all arcs."""
         return sum(length for length, _ in self.arcs)
 
-    def at(self, distance_mm):
+    def at(self, distance_mm: float) -> tuple[Pose, float]:
         """(Pose, curvature) at a distance along the path; beyond its end it goes on as it ended."""
         pose = self.start
         for index, (length, curvature) in enumerate(self.arcs):
@@ -61,11 +69,11 @@ class Drive:
     rate_hz: float
 
     @property
-    def frames(self):
+    def frames(self) -> int:
         """How many frames the whole path takes."""
         return int(self.path.length_mm / self.speed_mm_s * self.rate_hz) + 1
 
-    def frame(self, index):
+    def frame(self, index: int) -> tuple[np.ndarray, list[Truth]]:
         """(frame, truths) of frame `index`; see render_view."""
         pose, curvature = self.path.at(index * self.speed_mm_s / self.rate_hz)
         motion = Motion(self.speed_mm_s, 0.0, math.degrees(curvature * self.speed_mm_s))
@@ -82,19 +90,19 @@ class Drive:
 
 
 def draw_drive(
-    name,
-    seed,
+    name: str,
+    seed: int,
     *,
-    shape="straight",
-    marker_ids=(1, 2, 3, 4, 5),
-    spacing_mm=1500.0,
-    speed_mm_s=None,
-    rate_hz=30.0,
-    width=360,
-    height=296,
-    radius_px=30.0,
-    target="larics",
-):
+    shape: str = "straight",
+    marker_ids: Sequence[int] = (1, 2, 3, 4, 5),
+    spacing_mm: float = 1500.0,
+    speed_mm_s: float | None = None,
+    rate_hz: float = 30.0,
+    width: int = 360,
+    height: int = 296,
+    radius_px: float = 30.0,
+    target: str = "larics",
+) -> Drive:
     """A Drive in the light of preset `name`, under the markers in this order, one each `spacing_mm`.
 
     shape   "straight", or "curve": an S of wide bends

@@ -1,6 +1,9 @@
 """Furnishes a scene: ceiling, clutter, light and whatever troubles its markers, as a preset wants them."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,8 +11,20 @@ from larics_host.render import clutter
 from larics_host.render.painters import BOX, ROD
 from larics_host.render.scene import item, table
 
+if TYPE_CHECKING:
+    from larics_host.render.presets import Preset
+    from larics_host.render.scene import Scene
 
-def furnish(scene, rng, preset, region, view_m2, contrast, occlusion=None):
+
+def furnish(
+    scene: Scene,
+    rng: np.random.Generator,
+    preset: Preset,
+    region: tuple[float, float, float, float],
+    view_m2: float,
+    contrast: float,
+    occlusion: float | None = None,
+) -> None:
     """Fill a Scene, whose plates hang already, over a region of the map.
 
     region     (x0, y0, x1, y1) mm; as many views of `view_m2` square metres as it holds are furnished

@@ -1,5 +1,7 @@
 """What the lens and the open shutter do to the picture: blur of motion, defocus, sampling of pixels."""
 
+from __future__ import annotations
+
 import math
 
 import cv2
@@ -9,7 +11,7 @@ import numpy as np
 STILL_PX = 0.2
 
 
-def motion_kernel(shift_x_px, shift_y_px):
+def motion_kernel(shift_x_px: float, shift_y_px: float) -> np.ndarray:
     """Odd square float32 kernel, sum 1: a line of this length and direction through its centre."""
     length = math.hypot(shift_x_px, shift_y_px)
     half = int(math.ceil(length / 2 + 0.5))
@@ -26,14 +28,14 @@ def motion_kernel(shift_x_px, shift_y_px):
     return (kernel / kernel.sum()).astype(np.float32)
 
 
-def smear(layer, shift_px):
+def smear(layer: np.ndarray, shift_px: tuple[float, float]) -> np.ndarray:
     """The layer (float32) blurred by the image shift (x, y px) during the exposure."""
     if math.hypot(*shift_px) < STILL_PX:
         return layer
     return cv2.filter2D(layer, -1, motion_kernel(*shift_px), borderType=cv2.BORDER_REPLICATE)
 
 
-def defocus(image, sigma_px):
+def defocus(image: np.ndarray, sigma_px: float) -> np.ndarray:
     """Gaussian blur of the optics; below 0.1 px nothing is left to do after the sampling of the pixels."""
     if sigma_px < 0.1:
         return image
@@ -41,7 +43,7 @@ def defocus(image, sigma_px):
     return cv2.GaussianBlur(image, (size, size), sigma_px, borderType=cv2.BORDER_REPLICATE)
 
 
-def pixel_samples(count, exposure_s):
+def pixel_samples(count: int, exposure_s: float) -> np.ndarray:
     """(count, 3) sample offsets x, y (px, -0.5..0.5) and time (s, -exposure/2..exposure/2).
 
     A low-discrepancy set (the additive recurrence of the generalised golden ratio) made of point-mirrored

@@ -6,9 +6,17 @@ box      rows from .. to, columns from .. to (exclusive) that the object may tou
 ramp     width of an edge, mm: what a pixel covers on the ceiling
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from numba import njit
+
+if TYPE_CHECKING:
+    import numpy as np
+
 
 # columns of an object table
 KIND, X, Y, COS, SIN, A, B, C, VALUE, SOFT, EXTRA = range(11)
@@ -36,7 +44,7 @@ def _texture(texture, x, y):
 
 
 @njit(cache=True, nogil=True)
-def paint_ceiling(albedo, plane, texture, surface):
+def paint_ceiling(albedo: np.ndarray, plane: np.ndarray, texture: np.ndarray, surface: np.ndarray) -> None:
     """Fill `albedo` (float32, white plate = 1) with the bare ceiling: colour, speckle, stains, tile joints.
 
     surface  float64 [17]: origin x, y of the texture relative to the plane's; reflectance; speckle strength,
@@ -112,13 +120,15 @@ def _distance(item, x, y):
 
 
 @njit(cache=True, nogil=True)
-def distance(item, x, y):
+def distance(item: np.ndarray, x: float, y: float) -> float:
     """Signed distance (mm, negative inside) of ceiling point x, y from the edge of a ceiling object."""
     return _distance(item, x, y)
 
 
 @njit(cache=True, nogil=True)
-def paint_object(image, plane, item, box, ramp):
+def paint_object(
+    image: np.ndarray, plane: np.ndarray, item: np.ndarray, box: np.ndarray, ramp: float
+) -> None:
     """Blend an object's VALUE into `image`; its edge is SOFT mm wide, at least `ramp`.
 
     EXTRA shades a ROD across like a pipe lit from one side.
@@ -143,7 +153,9 @@ def paint_object(image, plane, item, box, ramp):
 
 
 @njit(cache=True, nogil=True)
-def paint_occluder(color, alpha, plane, item, box, ramp):
+def paint_occluder(
+    color: np.ndarray, alpha: np.ndarray, plane: np.ndarray, item: np.ndarray, box: np.ndarray, ramp: float
+) -> None:
     """Lay an object over what is already in the pair of layers (`color` is premultiplied by `alpha`)."""
     soft = max(item[SOFT], ramp)
     for row in range(box[0], box[1]):
@@ -162,7 +174,7 @@ def paint_occluder(color, alpha, plane, item, box, ramp):
 
 
 @njit(cache=True, nogil=True)
-def paint_shade(shade, plane, item, box, ramp):
+def paint_shade(shade: np.ndarray, plane: np.ndarray, item: np.ndarray, box: np.ndarray, ramp: float) -> None:
     """Multiply `shade` by VALUE inside the object, with a smooth penumbra SOFT mm wide."""
     soft = max(item[SOFT], ramp)
     for row in range(box[0], box[1]):
@@ -176,7 +188,7 @@ def paint_shade(shade, plane, item, box, ramp):
 
 
 @njit(cache=True, nogil=True)
-def paint_glow(glow, plane, item, box, ramp):
+def paint_glow(glow: np.ndarray, plane: np.ndarray, item: np.ndarray, box: np.ndarray, ramp: float) -> None:
     """Add a lamp: VALUE inside, outside a halo of EXTRA * VALUE that decays over SOFT mm."""
     for row in range(box[0], box[1]):
         for column in range(box[2], box[3]):
@@ -189,7 +201,14 @@ def paint_glow(glow, plane, item, box, ramp):
 
 
 @njit(cache=True, nogil=True)
-def merge(image, color, alpha, shade, glow, flags):
+def merge(
+    image: np.ndarray,
+    color: np.ndarray,
+    alpha: np.ndarray,
+    shade: np.ndarray,
+    glow: np.ndarray,
+    flags: Sequence[bool],
+) -> None:
     """image = (image under the occluders) * shade + glow, in place. flags: has occluders, has glow."""
     height, width = image.shape
     for row in range(height):

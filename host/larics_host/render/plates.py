@@ -4,6 +4,8 @@ Plate coordinates, mm: u along the orientation line, v 90 degrees counterclockwi
 whoever looks at the printed face (that is from below, so the map sees v clockwise from u).
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from functools import lru_cache
@@ -37,17 +39,17 @@ class Plate:
     black: float = 0.0
 
     @property
-    def radius_mm(self):
+    def radius_mm(self) -> float:
         """Radius of the white plate."""
         return self.family.plate_mm10 / 10
 
     @property
-    def ring_mm(self):
+    def ring_mm(self) -> float:
         """Radius of the outer ring, to the centre of its line (a tag has none; the footprint is equal)."""
         return self.family.outer_mm10 / 10
 
     @property
-    def pointer_mm(self):
+    def pointer_mm(self) -> tuple[float, float]:
         """Two places on the u axis between which the image heading is measured.
 
         A LARICS marker shows its direction by a line at some distance from the centre: from the centre to the
@@ -58,7 +60,7 @@ class Plate:
         half = tag_side_mm(self.target, self.radius_mm) / 2
         return -half, half
 
-    def pattern(self):
+    def pattern(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         """The ink as the sampling kernel takes it.
 
         Returns rings (N, 2): radius, half width; lines (M, 5): cos, sin of the angle, start, end, half
@@ -80,7 +82,7 @@ class Plate:
 
 
 @lru_cache(maxsize=64)
-def tag_cells(target, marker_id):
+def tag_cells(target: str, marker_id: int) -> np.ndarray:
     """(n, n) uint8, 1 = black, with the black border: the bitmap of tag `marker_id`."""
     import cv2
 
@@ -90,7 +92,7 @@ def tag_cells(target, marker_id):
     return (cv2.aruco.generateImageMarker(dictionary, marker_id, modules) == 0).astype(np.uint8)
 
 
-def tag_side_mm(target, plate_radius_mm=LARICS3.plate_mm10 / 10):
+def tag_side_mm(target: str, plate_radius_mm: float = LARICS3.plate_mm10 / 10) -> float:
     """Side of the tag's black square: with one module of quiet zone its corners touch the plate's rim."""
     modules = 6 if target == "aruco" else 8
     return plate_radius_mm * math.sqrt(2) * modules / (modules + 2)

@@ -10,6 +10,8 @@ path     float64 [10]: vehicle x, y (mm, relative to the frame's origin), headin
 ceiling  height of the ceiling above the lens, mm
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
@@ -55,7 +57,14 @@ def _see(cam, lens, lens_step, ceiling, px, py):
 
 
 @njit(cache=True, nogil=True)
-def fill_plane(plane, cam, lens, lens_step, path, ceiling):
+def fill_plane(
+    plane: np.ndarray,
+    cam: np.ndarray,
+    lens: np.ndarray,
+    lens_step: float,
+    path: np.ndarray,
+    ceiling: np.ndarray,
+) -> None:
     """Fill `plane` with the ceiling point that each pixel's centre sees at mid-exposure of its row.
 
     plane  float32 [2, height, width]: x, y in mm from the origin
@@ -109,7 +118,21 @@ def _ink_distance(rings, lines, cells, side, u, v):
 
 
 @njit(cache=True, nogil=True)
-def paint_plate(image, cam, lens, lens_step, path, ceiling, plate, rings, lines, cells, side, samples, box):
+def paint_plate(
+    image: np.ndarray,
+    cam: np.ndarray,
+    lens: np.ndarray,
+    lens_step: float,
+    path: np.ndarray,
+    ceiling: np.ndarray,
+    plate: np.ndarray,
+    rings: np.ndarray,
+    lines: np.ndarray,
+    cells: np.ndarray,
+    side: float,
+    samples: np.ndarray,
+    box: np.ndarray,
+) -> None:
     """Lay a marker over `image`, integrating each pixel over its area and over its row's exposure.
 
     plate    float64 [9]: centre x, y; cos, sin of the heading; radius; white; black; width of the edge ramp;

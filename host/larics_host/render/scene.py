@@ -1,7 +1,11 @@
 """What the camera sees: a ceiling with its furniture in map coordinates, and the plates on it."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -9,10 +13,26 @@ import numpy as np
 from larics_host.render import painters
 from larics_host.render.painters import TEXTURE_SIZE
 
+if TYPE_CHECKING:
+    from larics_host.annotations import Row
+
+
 NOTHING = np.zeros((0, painters.OBJECT_COLUMNS))
 
 
-def item(kind, x_mm, y_mm, a_mm, b_mm=0.0, c_mm=0.0, *, angle=0.0, value=0.5, soft_mm=0.0, extra=0.0):
+def item(
+    kind: int,
+    x_mm: float,
+    y_mm: float,
+    a_mm: float,
+    b_mm: float = 0.0,
+    c_mm: float = 0.0,
+    *,
+    angle: float = 0.0,
+    value: float = 0.5,
+    soft_mm: float = 0.0,
+    extra: float = 0.0,
+) -> Row:
     """One row of an object table: see the kinds in `painters`.
 
     DISC radius a; RING radius a, half width b; BOX half sizes a, b; ROD half length a, half width b;
@@ -23,7 +43,7 @@ def item(kind, x_mm, y_mm, a_mm, b_mm=0.0, c_mm=0.0, *, angle=0.0, value=0.5, so
     return (kind, x_mm, y_mm, np.cos(angle), np.sin(angle), a_mm, b_mm, c_mm, value, soft_mm, extra)
 
 
-def table(rows):
+def table(rows: Sequence[Row]) -> np.ndarray:
     """(N, 11) float64 from a list of `item` rows."""
     return np.array(rows, dtype=float).reshape(-1, painters.OBJECT_COLUMNS)
 
@@ -46,7 +66,7 @@ class Surface:
     hole_mm: float = 0.0
     offset_mm: tuple = (0.0, 0.0)
 
-    def row(self, origin_x, origin_y, mm_per_px):
+    def row(self, origin_x: float, origin_y: float, mm_per_px: float) -> np.ndarray:
         """The kernel's parameter row for a plane whose origin is this map point."""
         # speckle finer than a pixel averages out in it
         speckle = self.speckle * min(1.0, self.speckle_mm / mm_per_px)
@@ -81,7 +101,7 @@ class Scene:
 
 
 @lru_cache(maxsize=1)
-def texture():
+def texture() -> np.ndarray:
     """(256, 256) float32 periodic noise of zero mean and unit variance; the same in every process."""
     rng = np.random.Generator(np.random.PCG64(20))
     noise = rng.standard_normal((TEXTURE_SIZE, TEXTURE_SIZE), dtype=np.float32)

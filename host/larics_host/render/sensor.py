@@ -1,5 +1,7 @@
 """The image sensor: from radiance to 8-bit grey levels."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 
@@ -48,7 +50,7 @@ class Sensor:
     defocus_px: float = 0.0
     jpeg: int = 0
 
-    def frame(self, radiance, rng):
+    def frame(self, radiance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(H, W) float32 radiance, white plate = 1, already defocused -> (H, W) uint8."""
         height, width = radiance.shape
         noise = rng.standard_normal(radiance.shape, dtype=np.float32)
@@ -59,5 +61,5 @@ class Sensor:
         _expose(frame, radiance, noise, levels)
         if self.jpeg:
             data = cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, self.jpeg])[1]
-            frame = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+            return np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE))
         return frame

@@ -1,8 +1,11 @@
 """Frames of a preset, each drawn from (preset, seed, index) alone."""
 
+from __future__ import annotations
+
 import math
 import zlib
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +17,11 @@ from larics_host.render.presets import PRESETS
 from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
 from larics_host.render.view import render_view
+
+if TYPE_CHECKING:
+    from larics_host.render.presets import Preset
+    from larics_host.truth import Truth
+
 
 OVERRIDES = (
     "contrast",
@@ -43,12 +51,22 @@ class View:
     rng: np.random.Generator = field(repr=False)
 
 
-def generator(preset, *numbers):
+def generator(preset: str, *numbers: int) -> np.random.Generator:
     """The random numbers of (preset, seed, index, purpose): independent streams, the same everywhere."""
     return np.random.Generator(np.random.PCG64([zlib.crc32(preset.encode()), *numbers]))
 
 
-def render_frame(preset, seed, index, *, width=360, height=296, radius_px=30.0, target="larics", **overrides):
+def render_frame(
+    preset: str,
+    seed: int,
+    index: int,
+    *,
+    width: int = 360,
+    height: int = 296,
+    radius_px: float = 30.0,
+    target: str = "larics",
+    **overrides: Any,
+) -> tuple[np.ndarray, list[Truth]]:
     """Frame `index` of the series `seed` of a preset.
 
     radius_px      outer ring of a level marker, drawn within 3 %
@@ -75,7 +93,7 @@ def render_frame(preset, seed, index, *, width=360, height=296, radius_px=30.0, 
     )
 
 
-def draw_camera(name, seed, width, height, radius_px, lens=None):
+def draw_camera(name: str, seed: int, width: int, height: int, radius_px: float, lens: Any = None) -> Camera:
     """The camera of a series: its focal length and lens depend on preset and seed alone."""
     rng = generator(name, seed)
     # about 30 degrees of view at a ring of 30 px, wider and narrower within what lenses do
@@ -98,7 +116,7 @@ def draw_camera(name, seed, width, height, radius_px, lens=None):
     )
 
 
-def draw_sensor(rng, preset):
+def draw_sensor(rng: np.random.Generator, preset: Preset) -> Sensor:
     """Light and noise within the ranges of a preset."""
     return Sensor(
         contrast=rng.uniform(*preset.contrast),
@@ -111,7 +129,17 @@ def draw_sensor(rng, preset):
     )
 
 
-def draw_view(name, seed, index, *, width=360, height=296, radius_px=30.0, target="larics", **overrides):
+def draw_view(
+    name: str,
+    seed: int,
+    index: int,
+    *,
+    width: int = 360,
+    height: int = 296,
+    radius_px: float = 30.0,
+    target: str = "larics",
+    **overrides: Any,
+) -> View:
     """Draw what render_frame renders, with the same arguments; returns a View."""
     if name not in PRESETS:
         raise ValueError("unknown preset %s" % name)
@@ -177,7 +205,7 @@ def _region(camera, ceiling_mm, vehicle):
     return (*np.min(corners, axis=0), *np.max(corners, axis=0))
 
 
-def view_area_m2(camera, ceiling_mm):
+def view_area_m2(camera: Camera, ceiling_mm: float) -> float:
     """How much of the ceiling a level camera sees, square metres."""
     return camera.width * camera.height * (ceiling_mm / camera.focal_px) ** 2 * 1e-6
 

@@ -1,6 +1,9 @@
 """One frame of a scene: the passes of the renderer in their order, and the truth about the markers."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,6 +11,12 @@ from larics_host.render import painters, rays
 from larics_host.render.optics import defocus, pixel_samples, smear
 from larics_host.render.scene import texture
 from larics_host.truth import Truth
+
+if TYPE_CHECKING:
+    from larics_host.render.camera import Camera, Motion, Pose
+    from larics_host.render.scene import Scene
+    from larics_host.render.sensor import Sensor
+
 
 RIM = np.linspace(0, 2 * math.pi, 48, endpoint=False)
 CIRCLE = np.stack([np.cos(RIM), np.sin(RIM)], axis=1)
@@ -18,7 +27,17 @@ SAMPLE_RAMP = 0.7
 BOX_MARGIN_PX = 4
 
 
-def render_view(scene, pose, motion, camera, sensor, rng, *, name="", time_us=0):
+def render_view(
+    scene: Scene,
+    pose: Pose,
+    motion: Motion,
+    camera: Camera,
+    sensor: Sensor,
+    rng: np.random.Generator,
+    *,
+    name: str = "",
+    time_us: int = 0,
+) -> tuple[np.ndarray, list[Truth]]:
     """Take one picture.
 
     scene    Scene;  camera  Camera;  sensor  Sensor;  rng  numpy Generator of the noise
@@ -32,7 +51,9 @@ def render_view(scene, pose, motion, camera, sensor, rng, *, name="", time_us=0)
     return sensor.frame(radiance, rng), truths
 
 
-def truth_of(scene, pose, motion, camera, name="", time_us=0):
+def truth_of(
+    scene: Scene, pose: Pose, motion: Motion, camera: Camera, name: str = "", time_us: int = 0
+) -> list[Truth]:
     """The Truth records of a picture, without taking it."""
     truths = []
     for plate in scene.plates:
@@ -94,7 +115,14 @@ def _plate_truth(plate, ceiling_mm, pose, motion, camera):
     )
 
 
-def render_radiance(scene, pose, motion, camera, defocus_px=0.0, min_samples=MIN_SAMPLES):
+def render_radiance(
+    scene: Scene,
+    pose: Pose,
+    motion: Motion,
+    camera: Camera,
+    defocus_px: float = 0.0,
+    min_samples: int = MIN_SAMPLES,
+) -> np.ndarray:
     """The light on the sensor, (H, W) float32, the white plate's being 1: no noise, no vignetting."""
     return _Pass(scene, pose, motion, camera, min_samples).run(defocus_px)
 

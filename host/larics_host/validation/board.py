@@ -5,6 +5,10 @@ in the names of the files (frame_<number>.pgm) say which message belongs to whic
 Settings that make a frame depend on those before (tracking, confirm_needed) need all frames of the run.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from larics.device.factory import make_detector, make_locator, make_navigator
 from larics.device.frame_messages import Reports
 from larics.device.measurements import Measuring
@@ -18,6 +22,13 @@ from larics_host.logs.log_reader import read_records
 from larics_host.progress import watched
 from larics_host.validation.sources import base_name
 from larics_host.wording import counted
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from larics.settings import Settings
+    from larics_host.annotations import StrPath
+
 
 _NAMES = [field[0] for field in protocol.fields(m.MARKER)]
 COMPARED = [name for name in _NAMES if name not in ("frame", "age_us")]
@@ -36,14 +47,14 @@ class _Kept:
 class HostRun:
     """Does with a frame what the firmware does. settings: larics.settings.Settings; ValueError as there."""
 
-    def __init__(self, settings):
+    def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self._detector = make_detector(settings)
         self._locator = make_locator(settings)
         self._navigator = make_navigator(settings)
         self._measuring = Measuring()
 
-    def messages(self, number, frame):
+    def messages(self, number: int, frame: np.ndarray) -> list[dict[str, Any]]:
         """The MARKER messages of a frame as dicts, without a meaningful age."""
         found = self._detector.detect(frame)
         count = self._measuring.locate(found, self._settings, self._locator, self._navigator)
@@ -70,7 +81,7 @@ def _reported(path):
     return frames
 
 
-def compare_messages(folder, log, settings):
+def compare_messages(folder: StrPath, log: StrPath, settings: Settings) -> dict[str, Any]:
     """The comparison as a JSON-able dict: frames, compared, equal, unreported, differences and a summary.
 
     differences: [{frame, index, field, board, host}], field "count" when the number of markers differs.

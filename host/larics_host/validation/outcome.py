@@ -1,12 +1,19 @@
 """Detections against truth: rates, errors, who was taken for whom, and the frames that went worst."""
 
+from __future__ import annotations
+
 from collections import Counter
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from larics_host.errors import UserError
 from larics_host.validation.scoring import FULLY_VISIBLE, Found, Tally, Truth, heading_error, match
+
+if TYPE_CHECKING:
+    from larics_host import truth as truth_table
+    from larics_host.validation.sources import Detections
+
 
 MISSED = "missed"
 UNCERTAIN = "?"
@@ -28,14 +35,17 @@ class Place(NamedTuple):
 class Outcome:
     """What one method made of all frames; `truths` is {frame: list of larics_host.truth.Truth}."""
 
-    def __init__(self, detections, truths):
+    def __init__(self, detections: Detections, truths: dict[str, list[truth_table.Truth]]) -> None:
         self.label = detections.label
         self.by_frame = detections.by_frame
         self.times_ms = detections.times_ms
         self.tally = Tally()
-        self.confusion = Counter()  # (true ID or NOTHING, reported ID, UNCERTAIN or MISSED)
-        self.places = []
-        self.found = {}  # (frame, true ID, which of several with that ID): right, wrong, uncertain or missed
+        self.confusion: Counter[tuple[Any, Any]] = (
+            Counter()
+        )  # (true ID or NOTHING, reported ID, UNCERTAIN or MISSED)
+        self.places: list[Place] = []
+        # (frame, true ID, which of several with that ID): right, wrong, uncertain or missed
+        self.found: dict[tuple[str, int, int], str] = {}
         self.missing = [name for name in truths if name not in self.by_frame]
         for name, markers in truths.items():
             if name in self.by_frame:
@@ -81,11 +91,11 @@ class Outcome:
         self.confusion[key[1], reported] += 1
         self.found[key] = result
 
-    def worst(self, count):
+    def worst(self, count: int) -> list[Place]:
         """The `count` worst frames, those without any marker or error left out."""
         return [place for place in self.places if place.grade != (_FINE, 0.0)][:count]
 
-    def figures(self):
+    def figures(self) -> dict[str, Any]:
         """Rates, errors and times as a JSON-able dict."""
         figures = dict(self.tally.row(), label=self.label, frames_missing=len(self.missing))
         figures["centre_max_px"] = max(self.tally.centre_px, default=None)
@@ -93,7 +103,7 @@ class Outcome:
         figures["median_ms"] = float(np.median(self.times_ms)) if self.times_ms else None
         return figures
 
-    def matrix(self):
+    def matrix(self) -> tuple[list[Any], list[Any], list[list[int]]]:
         """(true IDs, reported IDs, rows of counts) of the confusion matrix."""
         rows = sorted({truth for truth, _ in self.confusion}, key=_order)
         columns = sorted({reported for _, reported in self.confusion}, key=_order)
@@ -108,7 +118,7 @@ def _order(name):
     return (isinstance(name, str), name)
 
 
-def compare(first, second):
+def compare(first: Outcome, second: Outcome) -> dict[str, Any]:
     """Where two outcomes differ, as a JSON-able dict: the markers that only one read right, and by how much
     the centres and headings of those that both found differ between the two."""
     both = set(first.found) & set(second.found)
@@ -123,7 +133,9 @@ def compare(first, second):
         near = [Truth(f.marker_id, f.x_px, f.y_px, f.heading_deg, 2.0, 1.0) for f in a]  # within 1 px
         for i, j in match(near, b):
             apart_px.append(float(np.hypot(a[i].x_px - b[j].x_px, a[i].y_px - b[j].y_px)))
-            apart_deg.append(heading_error(a[i].heading_deg, b[j].heading_deg))
+            ours, theirs = a[i].heading_deg, b[j].heading_deg
+            if ours is not None and theirs is not None:
+                apart_deg.append(heading_error(ours, theirs))
     return {
         "first": first.label,
         "second": second.label,
@@ -154,7 +166,7 @@ LIMITS = (
 )
 
 
-def judge(figures, thresholds):
+def judge(figures: dict[str, Any], thresholds: dict[str, float]) -> list[dict[str, Any]]:
     """[{option, limit, value, passed}] for thresholds {option: number}; what was not measured fails."""
     judged = []
     for limit in LIMITS:

@@ -1,10 +1,19 @@
 """The report of a validation as one HTML file: pictures inside, nothing loaded from anywhere."""
 
+from __future__ import annotations
+
 import base64
 import html
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from larics_host import plots
 from larics_host.files import write_file
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+    from larics_host.validation.outcome import Outcome
+
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1c2733; margin: 2em auto; max-width: 68em; }
@@ -39,7 +48,7 @@ _FIGURES = (
 )
 
 
-def figure_rows(all_figures):
+def figure_rows(all_figures: Sequence[dict[str, Any]]) -> list[tuple[str, list[str]]]:
     """[(heading, text of each column)] for dicts of Outcome.figures."""
     return [
         (heading, [layout % f[name] if f[name] is not None else "-" for f in all_figures])
@@ -125,7 +134,16 @@ def _thresholds(judged):
     return "<h2>Thresholds</h2><table><tbody>%s</tbody></table>" % rows
 
 
-def write_report(path, title, note, outcomes, judged=(), comparison=None, board=None, pictures=()):
+def write_report(
+    path: StrPath,
+    title: str,
+    note: str,
+    outcomes: Sequence[Outcome],
+    judged: Sequence[dict[str, Any]] = (),
+    comparison: dict[str, Any] | None = None,
+    board: dict[str, Any] | None = None,
+    pictures: Iterable[tuple[bytes, str]] = (),
+) -> None:
     """Writes the HTML file.
 
     outcomes   list of Outcome;  judged  of outcome.judge;  comparison  of outcome.compare

@@ -1,6 +1,9 @@
 """Detections against truth: which belong together, and the rates and errors that follow."""
 
-from typing import NamedTuple
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,15 +24,15 @@ class Found(NamedTuple):
 class Truth(NamedTuple):
     """The part of a rendered marker's truth that scoring needs."""
 
-    marker_id: int
+    marker_id: int | None
     x_px: float
     y_px: float
-    heading_deg: float
+    heading_deg: float | None
     radius_px: float
     visible: float
 
 
-def match(truths, founds):
+def match(truths: Sequence[Truth], founds: Sequence[Found]) -> list[tuple[int, int]]:
     """Pairs (truth index, found index), nearest first, each used once, centres within half a radius."""
     distances = sorted(
         (np.hypot(found.x_px - truth.x_px, found.y_px - truth.y_px), i, j)
@@ -46,7 +49,7 @@ def match(truths, founds):
     return pairs
 
 
-def heading_error(found_deg, truth_deg):
+def heading_error(found_deg: float, truth_deg: float) -> float:
     """Absolute difference of two angles in degrees, 0..180."""
     return abs((found_deg - truth_deg + 180.0) % 360.0 - 180.0)
 
@@ -59,17 +62,17 @@ class Tally:
     for one is scored like any other. A detection that belongs to no marker is a false positive.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.frames = self.markers = self.cut = self.detected = self.read = 0
         self.wrong = self.uncertain = self.false_positives = 0
-        self.centre_px = []
-        self.heading_deg = []
-        self.margins = []  # (margin, ID is right) of each certain detection
-        self.misses = []  # keys of the frames with a missed marker
-        self.wrongs = []
-        self.false_keys = []
+        self.centre_px: list[float] = []
+        self.heading_deg: list[float] = []
+        self.margins: list[tuple[int, bool]] = []  # (margin, ID is right) of each certain detection
+        self.misses: list[Hashable] = []  # keys of the frames with a missed marker
+        self.wrongs: list[Hashable] = []
+        self.false_keys: list[Hashable] = []
 
-    def add(self, truths, founds, key=None):
+    def add(self, truths: Sequence[Truth], founds: Sequence[Found], key: Hashable = None) -> None:
         """Scores one frame; `key` names it in the lists of failures."""
         self.frames += 1
         pairs = match(truths, founds)
@@ -88,7 +91,7 @@ class Tally:
             whole = truth.visible >= FULLY_VISIBLE
             self.detected += whole
             self.centre_px.append(float(np.hypot(found.x_px - truth.x_px, found.y_px - truth.y_px)))
-            if found.heading_deg is not None:
+            if found.heading_deg is not None and truth.heading_deg is not None:
                 self.heading_deg.append(heading_error(found.heading_deg, truth.heading_deg))
             if found.marker_id is None:
                 self.uncertain += 1
@@ -104,12 +107,12 @@ class Tally:
             self.false_positives += len(founds) - len(pairs)
             self.false_keys.append(key)
 
-    def merge(self, other):
+    def merge(self, other: Tally) -> None:
         """Adds another tally to this one."""
         for name, value in vars(other).items():
             setattr(self, name, getattr(self, name) + value)
 
-    def row(self):
+    def row(self) -> dict[str, Any]:
         """Rates and errors as a dictionary; None where nothing was measured.
 
         Rates are per cent of the whole markers, that of wrong IDs of all markers."""
@@ -137,7 +140,7 @@ def _percentile(values, percent):
     return float(np.percentile(values, percent)) if values else None
 
 
-def risk_by_margin(margins, edges):
+def risk_by_margin(margins: Iterable[tuple[int, bool]], edges: Sequence[int]) -> list[tuple[int, int, int]]:
     """(lower edge, detections, wrong IDs) for each bin of margin between neighbouring `edges`."""
     rows = []
     for low, high in zip(edges[:-1], edges[1:], strict=True):
@@ -146,7 +149,9 @@ def risk_by_margin(margins, edges):
     return rows
 
 
-def by_least_margin(margins, markers, limits):
+def by_least_margin(
+    margins: Iterable[tuple[int, bool]], markers: int, limits: Iterable[int]
+) -> list[tuple[int, float, int]]:
     """What a least margin trades: (limit, IDs read in % of `markers`, wrong IDs) for each of the limits."""
     rows = []
     for limit in limits:
@@ -155,7 +160,7 @@ def by_least_margin(margins, markers, limits):
     return rows
 
 
-def ordering(margins):
+def ordering(margins: Sequence[tuple[int, bool]]) -> float | None:
     """Chance that a wrong detection has a smaller margin than a right one (ties count half).
 
     1.0: margin orders detections by risk perfectly, 0.5: it says nothing; None without both kinds."""

@@ -1,16 +1,24 @@
 """Where detections come from: a method run on the frames here, or the log of an earlier run."""
 
+from __future__ import annotations
+
 import json
 from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
 
 from larics_host.detection import batch
 from larics_host.errors import UserError, report
 from larics_host.progress import watched
 
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+    from larics_host.detection.options import DetectionOptions
+
+
 _KEYS = ("id", "x", "y", "heading", "radius", "margin")
 
 
-def base_name(name):
+def base_name(name: str) -> str:
     """The name of a frame without its folder, as the truth has it: "clip.bin#3" for a frame of a stream."""
     return PurePath(name).name
 
@@ -19,14 +27,14 @@ class Detections:
     """`by_frame`: {base name: list of detections as dicts}; `label` is what people call it; `paths` and
     `times_ms` are empty for a log."""
 
-    def __init__(self, label):
+    def __init__(self, label: str) -> None:
         self.label = label
-        self.by_frame = {}
-        self.times_ms = []
+        self.by_frame: dict[str, list[dict[str, Any]]] = {}
+        self.times_ms: list[float] = []
         self.failed = 0
 
 
-def run_method(folder, options, jobs):
+def run_method(folder: StrPath, options: DetectionOptions, jobs: int | None) -> Detections:
     """Detections of a method on all frames of a folder. Sources that fail are reported and counted."""
     detections = Detections(options.method)
     total, _ = batch.count_frames([folder])
@@ -41,7 +49,7 @@ def run_method(folder, options, jobs):
     return detections
 
 
-def read_log(path):
+def read_log(path: StrPath) -> Detections:
     """Detections that `larics detect --json` wrote. UserError where it is no such file."""
     detections = Detections(Path(path).stem)
     try:
