@@ -1,7 +1,7 @@
 """The geometry table of the marker."""
 
 from larics import marker
-from larics.marker import LARICS3, Family
+from larics.marker import CODED, LARICS3, Family, golay
 
 
 def refused(function, *arguments):
@@ -77,3 +77,51 @@ def test_impossible_geometry_is_refused():
     assert refused(Family, 1500, 1000, 600)
     assert refused(Family, 1500, 1000, 200, 1500)
     assert refused(Family, 1500, 1000, 200, 2300, 250, 800, 2200)
+
+
+def test_coded_family_has_3583_ids_of_which_7_are_plain():
+    ids = CODED.ids()
+    assert len(ids) == 3583 and ids[:8] == (1, 2, 3, 4, 5, 6, 7, 9) and ids[-1] == 4094
+    assert CODED.name == "coded" and LARICS3.name == "plain"
+    for bad in (-1, 0, 8, 16, 4088, 4095, 4096):
+        assert not CODED.has(bad) and refused(CODED.cells, bad) and refused(CODED.bits, bad)
+    assert not LARICS3.has(9) and refused(LARICS3.strokes, 9)
+
+
+def test_lines_of_a_coded_id_are_those_of_its_remainder():
+    assert CODED.bits(8 * 100 + 5) == LARICS3.bits(5)
+    for plain in LARICS3.ids():
+        assert CODED.cells(plain) == 0 and CODED.strokes(plain) == LARICS3.strokes(plain)
+
+
+def test_words_are_those_that_hang_already():
+    # of an independent encoder: the remainder of a division by x^11+x^10+x^6+x^5+x^4+x^2+1, and parity
+    assert [golay.word(i) for i in (1, 9, 1261, 4094)] == [6379, 38189, 5165327, 16770836]
+    assert [golay.cells(i) for i in (1, 9, 1261, 4094)] == [13107610, 6160409, 5952689, 3669605]
+    assert sorted(golay.ORDER) == list(range(24))
+
+
+def test_dark_cells_beside_each_other_are_one_stroke():
+    dark = CODED.cells(1261)
+    arcs = [stroke for stroke in CODED.strokes(1261) if stroke[0] == "arc"]
+    covered = 0
+    for _, first, last, start, end in arcs:
+        assert (start, end) == (2200, 2440)
+        for cell in range(24):
+            quarter, index = cell // 6, cell % 6
+            middle = 9000 * quarter + (1850, 2750, 3650, 5350, 6250, 7150)[index]
+            if first < middle < last:
+                covered |= 1 << cell
+                assert first <= middle - 450 and middle + 450 <= last
+    assert covered == dark
+    assert sum([(last - first) // 900 for _, first, last, _, _ in arcs]) == bin(dark).count("1")
+
+
+def test_cells_scale_and_keep_within_the_plate():
+    small = CODED.scaled(750)
+    assert small.coded and (small.cell_start_mm10, small.cell_end_mm10) == (1100, 1220)
+    assert not CODED.scaled(750, coded=False).coded
+    assert refused(lambda: Family(coded=True, cell_end_mm10=2600))
+    assert refused(lambda: Family(coded=True, cell_start_mm10=1550))
+    # the line stays the narrowest thing printed
+    assert CODED.smallest_mm10(1261) == 200 and CODED.scaled(500).smallest_mm10(1261) == 67

@@ -8,6 +8,7 @@ import json
 from larics_host.drive.command import add_loop_arguments, run_loop
 from larics_host.errors import UserError
 from larics_host.images.frame_folder import make_folder, write_frame
+from larics_host.marker_ids import is_coded, parse_ids
 from larics_host.progress import watched
 from larics_host.truth import TruthWriter
 from larics_host.wording import counted
@@ -16,6 +17,7 @@ NAME = "simulate"
 HELP = "render frames of a ceiling with markers, with the truth about each"
 EXAMPLE = """
 larics simulate --preset sunny --frames 100 --seed 7 --radius-px 30 -o frames
+larics simulate --preset harsh --family coded --frames 100 -o coded
 larics simulate --preset cloudy --drive curve --ids 1,2,3 --rate 10 -o drive
 larics simulate --drive loop --condition pushed --seconds 60 -o pushed
 """
@@ -36,7 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--width", type=int, default=360, metavar="PX", help="of a frame (360)")
     parser.add_argument("--height", type=int, default=296, metavar="PX", help="of a frame (296)")
     parser.add_argument(
-        "--ids", metavar="N,N", help="IDs to draw from; on a drive: the markers in their order"
+        "--ids", metavar="N,N-N", help="IDs to draw from; on a drive: the markers in their order"
+    )
+    parser.add_argument(
+        "--family", metavar="NAME", help="plain (default), coded, or mixed: some of both; not with --ids"
     )
     parser.add_argument("--target", default="larics", help="larics, or a tag to compare: aruco, apriltag")
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder for the frames")
@@ -89,6 +94,11 @@ def _check(args):
     ):
         if value not in known:
             raise UserError("unknown %s %s: choose from %s" % (what, value, ", ".join(known)))
+    if args.family:
+        if args.ids or args.drive or args.target != "larics":
+            raise UserError("--family does not go with --ids, --drive and tags: with --ids the IDs decide")
+        if args.family != "mixed":
+            is_coded(args.family)
     for name, low, high in _LIMITS:
         value = getattr(args, name)
         if value is not None and not low <= value <= high:  # also refuses nan
@@ -102,17 +112,9 @@ def _check(args):
         raise UserError("--speed-cm-s needs --drive")
 
 
-def _ids(text):
-    from larics.marker import ID_COUNT
-
-    try:
-        ids = [int(part) for part in text.split(",")]
-    except ValueError:
-        raise UserError("--ids %s: give numbers with commas between, such as 1,2,3" % text) from None
-    for marker_id in ids:
-        if not 0 <= marker_id < ID_COUNT:
-            raise UserError("unknown ID %d: IDs are 0 to %d" % (marker_id, ID_COUNT - 1))
-    return ids
+def _ids(args):
+    """The IDs of --ids; tags, which are there to be compared, have those of plain markers."""
+    return parse_ids([args.ids], "coded" if args.target == "larics" else "plain", allow_id0=True)
 
 
 def _camera_facts(camera):
@@ -136,7 +138,7 @@ def _plan_drive(args, facts):
         args.preset,
         args.seed,
         shape=args.drive,
-        marker_ids=_ids(args.ids) if args.ids else (1, 2, 3, 4, 5),
+        marker_ids=_ids(args) if args.ids else (1, 2, 3, 4, 5),
         spacing_mm=args.spacing_mm,
         speed_mm_s=None if args.speed_cm_s is None else 10 * args.speed_cm_s,
         rate_hz=args.rate,
@@ -172,8 +174,10 @@ def _plan_series(args, facts):
     overrides = {name: getattr(args, name) for name in _OVERRIDES if getattr(args, name) is not None}
     facts["camera"] = _camera_facts(draw_camera(args.preset, args.seed, **sizes))
     facts["overrides"] = dict(overrides)
+    if args.family:
+        overrides["family"] = args.family
     if args.ids:
-        overrides["marker_ids"] = _ids(args.ids)
+        overrides["marker_ids"] = _ids(args)
 
     def frame(index):
         return render_frame(args.preset, args.seed, index, target=args.target, **sizes, **overrides)

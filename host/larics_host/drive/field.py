@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from larics.marker import Family
 from larics_host.calibration import mounting
 from larics_host.render import clutter
 from larics_host.render.camera import Camera, Pose
 from larics_host.render.furnish import furnish
-from larics_host.render.plates import Plate
+from larics_host.render.plates import Plate, printed_family
 from larics_host.render.presets import PRESETS
 from larics_host.render.scene import Scene, table
 from larics_host.render.sensor import Sensor
@@ -182,7 +181,7 @@ def draw_field(name: str, seed: int) -> Field:
         for key in ("contrast", "black", "read_noise", "shot_noise", "vignetting", "defocus_px")
     }
     plates = tuple(
-        Plate(marker_id, Pose(*place), Family(line_mm10=175))
+        Plate(marker_id, Pose(*place), printed_family(marker_id, 175))
         for marker_id, place in markers.items()
         if marker_id != condition.missing
     )

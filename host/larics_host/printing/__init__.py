@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from larics.marker import ids_in_words
 from larics_host.errors import UserError
+from larics_host.marker_ids import ranges_of
 from larics_host.printing import layout
 
 if TYPE_CHECKING:
@@ -22,21 +24,26 @@ def _numbered(path, marker_id):
     return path.with_name("%s-%d%s" % (path.stem, marker_id, path.suffix))
 
 
-def _rendered(family, marker_ids, path, paper, dpi):
+def _title(marker_ids):
+    if len(marker_ids) == 1:
+        return "LARICS-3 ID %d" % marker_ids[0]
+    return "LARICS-3 ID " + ranges_of(marker_ids).replace(",", ", ")
+
+
+def _rendered(family, marker_ids, path, paper, dpi, sheet):
     """(path, bytes) of each file."""
     # imported here so that an SVG needs no PDF library
     kind = path.suffix.lower()
     if kind == ".pdf":
         from larics_host.printing.pdf import pdf_bytes
 
-        sheets = []
-        for marker_id in marker_ids:
+        sheets = layout.many_on_sheets(family, marker_ids, paper) if sheet else []
+        for marker_id in () if sheet else marker_ids:
             if paper == "plate":
                 sheets.append(layout.plate_sheet(family, marker_id))
             else:
                 sheets += layout.paper_sheets(family, marker_id, paper)
-        title = "LARICS-3 ID " + ", ".join(str(marker_id) for marker_id in marker_ids)
-        yield path, pdf_bytes(sheets, title)
+        yield path, pdf_bytes(sheets, _title(marker_ids))
         return
     for marker_id in marker_ids:
         sheet = layout.plate_sheet(family, marker_id)
@@ -52,23 +59,29 @@ def _rendered(family, marker_ids, path, paper, dpi):
 
 
 def write_markers(
-    family: Family, marker_ids: Sequence[int], path: StrPath, paper: str = "a4", dpi: float = 300
+    family: Family,
+    marker_ids: Sequence[int],
+    path: StrPath,
+    paper: str = "a4",
+    dpi: float = 300,
+    sheet: bool = False,
 ) -> list[Path]:
     """Writes markers to `path`, whose extension says the format; returns the paths written.
 
     PDF: all IDs in one file, on `paper` a4 or a3 (in tiles where larger) or plate (one page each).
     SVG and PNG: one file per ID, with the ID as suffix when there are several.
+    sheet: PDF only, as many markers on a page as fit, for tests.
     Raises UserError for an unknown format or ID and when a file cannot be written.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise UserError("cannot tell the format of %s: use one of %s" % (path, ", ".join(FORMATS)))
     for marker_id in marker_ids:
-        if marker_id not in family.ids():
-            hint = "" if family.allow_id0 else " (0 with --allow-id0)"
-            raise UserError("unknown marker ID %d: use %d to 7%s" % (marker_id, family.ids()[0], hint))
+        if not family.has(marker_id):
+            words = ids_in_words(family.coded, family.allow_id0)
+            raise UserError("unknown marker ID %d: %s" % (marker_id, words))
     written = []
-    for target, data in _rendered(family, marker_ids, path, paper, dpi):
+    for target, data in _rendered(family, marker_ids, path, paper, dpi, sheet):
         try:
             target.write_bytes(data)
         except OSError as error:

@@ -7,7 +7,8 @@ Coordinates: x right, y up, origin at the bottom left. The orientation line poin
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from larics import marker as geometry
@@ -52,6 +53,19 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Arc:
+    """A part of a ring with butt ends, counterclockwise from `first` to `last` degrees."""
+
+    x: float
+    y: float
+    radius: float
+    width: float
+    first: float
+    last: float
+    grey: float = 0.0
+
+
+@dataclass(frozen=True)
 class Text:
     """`size` is the height of the font; `anchor` says which end of the base line (x, y) is."""
 
@@ -90,6 +104,11 @@ def marker_content(family: Family, marker_id: int) -> list[Ring | Line | Text]:
         if kind == geometry.RING:
             radius, width = (value / 10 for value in values)
             items.append(Ring(middle, middle, radius, width))
+        elif kind == geometry.ARC:
+            start, end = values[2] / 10, values[3] / 10
+            items.append(
+                Arc(middle, middle, (start + end) / 2, end - start, values[0] / 100, values[1] / 100)
+            )
         else:
             angle = math.radians(values[0] / 100)
             start, end, width = (value / 10 for value in values[1:])
@@ -105,6 +124,42 @@ def marker_content(family: Family, marker_id: int) -> list[Ring | Line | Text]:
     size = min(5.0, 0.1 * plate)
     items.append(Text(low + size / 2, low + size / 2, size, "ID %d" % marker_id))
     return items
+
+
+def _moved(items, dx, dy):
+    for item in items:
+        if isinstance(item, Line):
+            yield replace(item, x1=item.x1 + dx, y1=item.y1 + dy, x2=item.x2 + dx, y2=item.y2 + dy)
+        else:
+            yield replace(item, x=item.x + dx, y=item.y + dy)
+
+
+def many_on_sheets(family: Family, marker_ids: Sequence[int], paper: str) -> list[Sheet]:
+    """As many whole markers on each page of a paper size as fit, in rows from the top left."""
+    side = content_side_mm(family)
+    width, height = PAPERS_MM[paper]
+    room_x, room_y = width - 2 * MARGIN_MM, height - MARGIN_MM - FOOT_MM
+    columns, rows = int(room_x // side), int(room_y // side)
+    if not columns or not rows:
+        raise UserError(
+            "a marker of this size does not fit a page of %s: choose a smaller --radius-mm, or no --sheet"
+            % paper.upper()
+        )
+    sheets = []
+    for first in range(0, len(marker_ids), columns * rows):
+        ids = marker_ids[first : first + columns * rows]
+        content = []
+        for number, marker_id in enumerate(ids):
+            row, column = divmod(number, columns)
+            place = (column * room_x / columns, room_y - (row + 1) * room_y / rows)
+            content += _moved(marker_content(family, marker_id), *place)
+        smallest = min(family.smallest_mm10(marker_id) for marker_id in ids) / 10
+        size = "outer ring radius %g mm, smallest feature %g mm" % (family.outer_mm10 / 10, smallest)
+        title = "LARICS-3, %d markers, %s" % (len(ids), size)
+        lines = [title, "print at 100 %: the ruler must measure 100 mm"]
+        window = (MARGIN_MM, FOOT_MM, room_x, room_y)
+        sheets.append(Sheet(width, height, window, MARGIN_MM, FOOT_MM, content, _furniture(width, lines)))
+    return sheets
 
 
 def _ruler(middle_x, y):
@@ -127,10 +182,14 @@ def _furniture(page_width, lines):
 
 
 def describe(family: Family, marker_id: int) -> str:
-    return "LARICS-3 ID %d, outer ring radius %g mm, line width %g mm" % (
+    """One line about a marker, for its sheets."""
+    coded = marker_id > geometry.PLAIN_ID_MOST
+    return "LARICS-3 %sID %d, outer ring radius %g mm, line width %g mm, smallest feature %g mm" % (
+        "coded " if coded else "",
         marker_id,
         family.outer_mm10 / 10,
         family.line_mm10 / 10,
+        family.smallest_mm10(marker_id) / 10,
     )
 
 

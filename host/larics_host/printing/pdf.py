@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from reportlab.pdfgen import canvas
 
-from larics_host.printing.layout import Line, Ring, Text
+from larics_host.printing.layout import Arc, Line, Ring, Text
 
 if TYPE_CHECKING:
     from larics_host.printing.layout import Sheet
@@ -30,6 +30,10 @@ def _draw(page, items):
         if isinstance(item, Ring):
             page.setDash([item.dash, item.dash] if item.dash else [])
             page.circle(item.x, item.y, item.radius, stroke=1, fill=0)
+        elif isinstance(item, Arc):
+            page.setDash([])
+            box = (item.x - item.radius, item.y - item.radius, item.x + item.radius, item.y + item.radius)
+            page.arc(*box, item.first, item.last - item.first)
         elif isinstance(item, Line):
             page.setDash([])
             page.line(item.x1, item.y1, item.x2, item.y2)

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from larics_host.errors import UserError
-from larics_host.printing.layout import Ring, Text
+from larics_host.printing.layout import Arc, Ring, Text
 
 if TYPE_CHECKING:
     from larics_host.printing.layout import Sheet
@@ -23,6 +23,12 @@ def _distance_mm(item, x, y):
     """Signed distance of each point to the black of a primitive, negative inside."""
     if isinstance(item, Ring):
         return np.abs(np.hypot(x - item.x, y - item.y) - item.radius) - item.width / 2
+    if isinstance(item, Arc):
+        u, v = x - item.x, y - item.y
+        middle, half = np.radians((item.first + item.last) / 2), np.radians((item.last - item.first) / 2)
+        along, across = u * np.cos(middle) + v * np.sin(middle), v * np.cos(middle) - u * np.sin(middle)
+        beside = np.abs(across) * np.cos(half) - along * np.sin(half)
+        return np.maximum(np.abs(np.hypot(u, v) - item.radius) - item.width / 2, beside)
     length = np.hypot(item.x2 - item.x1, item.y2 - item.y1)
     ux, uy = (item.x2 - item.x1) / length, (item.y2 - item.y1) / length
     along = (x - item.x1) * ux + (y - item.y1) * uy
@@ -33,7 +39,7 @@ def _distance_mm(item, x, y):
 def _bounds(item):
     """x0, y0, x1, y1 of a primitive."""
     half = item.width / 2
-    if isinstance(item, Ring):
+    if isinstance(item, (Ring, Arc)):
         reach = item.radius + half
         return item.x - reach, item.y - reach, item.x + reach, item.y + reach
     xs, ys = sorted((item.x1, item.x2)), sorted((item.y1, item.y2))

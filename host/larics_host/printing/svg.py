@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import escape
 
-from larics_host.printing.layout import Ring, Text
+from larics_host.printing.layout import Arc, Ring, Text
 
 if TYPE_CHECKING:
     from larics_host.printing.layout import Sheet
@@ -35,6 +36,15 @@ def _element(item, height, dx=0.0, dy=0.0):
         return '<circle %s fill="none"/>' % _attributes(
             cx=item.x + dx, cy=height - item.y - dy, r=item.radius, **stroke
         )
+    if isinstance(item, Arc):
+        ends = []
+        for degrees in (item.first, item.last):
+            angle = math.radians(degrees)
+            x, y = item.x + item.radius * math.cos(angle), item.y + item.radius * math.sin(angle)
+            ends.append("%s %s" % (_number(x + dx), _number(height - y - dy)))
+        radius = _number(item.radius)
+        path = "M %s A %s %s 0 0 0 %s" % (ends[0], radius, radius, ends[1])
+        return '<path %s fill="none"/>' % _attributes(d=path, **stroke)
     return "<line %s/>" % _attributes(
         x1=item.x1 + dx, y1=height - item.y1 - dy, x2=item.x2 + dx, y2=height - item.y2 - dy, **stroke
     )

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from larics.marker import LARICS3, Family
+from larics.marker import LARICS3
 from larics_host.render.camera import Camera, Motion, Pose
 from larics_host.render.furnish import furnish
-from larics_host.render.plates import Plate
+from larics_host.render.plates import Plate, printed_family
 from larics_host.render.presets import PRESETS
 from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
@@ -134,7 +134,7 @@ def draw_drive(
         aside = layout.uniform(-ASIDE_MM, ASIDE_MM)
         place = (pose.x_mm + aside * math.cos(left), pose.y_mm + aside * math.sin(left))
         heading = (pose.heading_deg + layout.uniform(-ASKEW_DEG, ASKEW_DEG)) % 360
-        family = Family(line_mm10=int(layout.integers(150, 201)), allow_id0=marker_id == 0)
+        family = printed_family(int(marker_id), int(layout.integers(150, 201)))
         plates.append(Plate(int(marker_id), Pose(*place, heading), family, target))
     scene = Scene(ceiling_mm=ceiling_mm, plates=tuple(plates))
     points = [path.at(distance)[0] for distance in np.linspace(0, path.length_mm, 200)]

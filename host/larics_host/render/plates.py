@@ -12,10 +12,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from larics.marker import LARICS3, LINE, RING, Family
+from larics.marker import ARC, LARICS3, LINE, PLAIN_ID_MOST, RING, Family
 from larics_host.render.camera import Pose
 
 TARGETS = ("larics", "aruco", "apriltag")
+
+
+def printed_family(marker_id: int, line_mm10: int = LARICS3.line_mm10) -> Family:
+    """The family as which an ID is printed: plain up to 7, coded above."""
+    return Family(line_mm10=line_mm10, allow_id0=marker_id == 0, coded=marker_id > PLAIN_ID_MOST)
 
 
 @dataclass(frozen=True)
@@ -60,16 +65,18 @@ class Plate:
         half = tag_side_mm(self.target, self.radius_mm) / 2
         return -half, half
 
-    def pattern(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    def pattern(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
         """The ink as the sampling kernel takes it.
 
         Returns rings (N, 2): radius, half width; lines (M, 5): cos, sin of the angle, start, end, half
-        width, all in mm; the tag's cells (n, n) uint8, 1 = ink, and its side in mm (0: no tag).
+        width; arcs (K, 6): cos, sin of the middle, cos, sin of half the angle, start, end, all in mm; the
+        tag's cells (n, n) uint8, 1 = ink, and its side in mm (0: no tag).
         """
         if self.target != "larics":
             cells = tag_cells(self.target, self.marker_id)
-            return np.zeros((0, 2)), np.zeros((0, 5)), cells, tag_side_mm(self.target, self.radius_mm)
-        rings, lines = [], []
+            side = tag_side_mm(self.target, self.radius_mm)
+            return np.zeros((0, 2)), np.zeros((0, 5)), np.zeros((0, 6)), cells, side
+        rings, lines, arcs = [], [], np.zeros((0, 6))
         for kind, *sizes in self.family.strokes(self.marker_id):
             if kind == RING:
                 radius, width = sizes
@@ -78,7 +85,12 @@ class Plate:
                 angle_cdeg, start, end, width = sizes
                 angle = math.radians(angle_cdeg / 100)
                 lines.append((math.cos(angle), math.sin(angle), start / 10, end / 10, width / 20))
-        return np.array(rings), np.array(lines), np.zeros((1, 1), np.uint8), 0.0
+            elif kind == ARC:
+                first, last, start, end = sizes
+                middle, half = math.radians((first + last) / 200), math.radians((last - first) / 200)
+                arc = (math.cos(middle), math.sin(middle), math.cos(half), math.sin(half))
+                arcs = np.vstack([arcs, (*arc, start / 10, end / 10)])
+        return np.array(rings), np.array(lines), arcs, np.zeros((1, 1), np.uint8), 0.0
 
 
 @lru_cache(maxsize=64)

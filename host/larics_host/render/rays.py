@@ -81,7 +81,7 @@ def fill_plane(
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _ink_distance(rings, lines, cells, side, u, v):
+def _ink_distance(rings, lines, arcs, cells, side, u, v):
     """Signed distance (mm, negative in the ink) of plate point u, v from the nearest edge of the pattern."""
     if side > 0.0:
         count = cells.shape[0]
@@ -114,6 +114,12 @@ def _ink_distance(rings, lines, cells, side, u, v):
         along = lines[index, 0] * u + lines[index, 1] * v
         across = abs(lines[index, 0] * v - lines[index, 1] * u)
         best = min(best, max(max(lines[index, 2] - along, along - lines[index, 3]), across - lines[index, 4]))
+    for index in range(arcs.shape[0]):
+        along = arcs[index, 0] * u + arcs[index, 1] * v
+        across = abs(arcs[index, 0] * v - arcs[index, 1] * u)
+        # from the straight sides, which point to the centre; an arc is less than half a turn
+        beside = across * arcs[index, 2] - along * arcs[index, 3]
+        best = min(best, max(max(arcs[index, 4] - radius, radius - arcs[index, 5]), beside))
     return best
 
 
@@ -128,6 +134,7 @@ def paint_plate(
     plate: np.ndarray,
     rings: np.ndarray,
     lines: np.ndarray,
+    arcs: np.ndarray,
     cells: np.ndarray,
     side: float,
     samples: np.ndarray,
@@ -164,7 +171,7 @@ def paint_plate(
             edge = math.sqrt(u * u + v * v) - limit
             if edge > reach:
                 continue
-            ink = _ink_distance(rings, lines, cells, side, u, v)
+            ink = _ink_distance(rings, lines, arcs, cells, side, u, v)
             if edge < -reach and abs(ink) > reach:
                 image[row, column] = black if ink < 0.0 else white
                 continue
@@ -186,7 +193,7 @@ def paint_plate(
                 if cover <= 0.0:
                     continue
                 cover = min(cover, 1.0)
-                ink = 0.5 - _ink_distance(rings, lines, cells, side, u, v) / ramp
+                ink = 0.5 - _ink_distance(rings, lines, arcs, cells, side, u, v) / ramp
                 ink = min(max(ink, 0.0), 1.0)
                 alpha += cover
                 color += cover * (white + ink * (black - white))

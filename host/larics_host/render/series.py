@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from larics.marker import LARICS3, Family
+from larics.marker import CODED_ID_MOST, FAMILY_NAMES, ID_COUNT, LARICS3
 from larics_host.render.camera import Camera, Motion, Pose
 from larics_host.render.furnish import furnish
-from larics_host.render.plates import TARGETS, Plate
+from larics_host.render.plates import TARGETS, Plate, printed_family
 from larics_host.render.presets import PRESETS
 from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
@@ -36,7 +36,9 @@ OVERRIDES = (
     "lens",
     "speed_mm_s",
     "exposure_us",
+    "family",
 )
+FAMILIES = (*FAMILY_NAMES, "mixed")
 
 
 @dataclass
@@ -73,7 +75,9 @@ def render_frame(
     target         "larics", "aruco" or "apriltag": what hangs there, in the same scene
     overrides      contrast (grey levels), blur_px (motion during the exposure), defocus_px (sigma), tilt_deg,
                    occlusion (share of the outer ring hidden), line_mm, marker_ids (sequence to choose from),
-                   noise (factor; 0: none), jpeg (quality; 0: none), lens (k1, k2), speed_mm_s, exposure_us
+                   noise (factor; 0: none), jpeg (quality; 0: none), lens (k1, k2), speed_mm_s, exposure_us,
+                   family ("plain"; "coded": the same frame with cells added; "mixed": some of both), which
+                   marker_ids overrules
     Returns (frame, truths): (height, width) uint8 and a list of Truth, as render_view does. The same
     arguments give the same bytes, in any process and any order.
     Raises ValueError for an unknown preset, target, override, or a size that is not positive.
@@ -145,6 +149,8 @@ def draw_view(
         raise ValueError("unknown preset %s" % name)
     if target not in TARGETS:
         raise ValueError("unknown target %s" % target)
+    if overrides.get("family", "plain") not in FAMILIES:
+        raise ValueError("unknown family %s: use one of %s" % (overrides["family"], ", ".join(FAMILIES)))
     unknown = set(overrides) - set(OVERRIDES)
     if unknown:
         raise ValueError("unknown override %s" % sorted(unknown)[0])
@@ -186,7 +192,10 @@ def draw_view(
         shot_noise=sensor.shot_noise * factor**2,
         jpeg=get("jpeg", sensor.jpeg),
     )
-    plates = _draw_plates(layout, preset, camera, vehicle, ceiling_mm, radius_px, target, overrides)
+    extension = _extension(generator(name, seed, index, 4), overrides)
+    plates = _draw_plates(
+        layout, preset, camera, vehicle, ceiling_mm, radius_px, target, overrides, extension
+    )
     scene = Scene(ceiling_mm=ceiling_mm, plates=plates)
     region = _region(camera, ceiling_mm, vehicle)
     furnish(
@@ -220,13 +229,27 @@ def _ceiling_point(camera, ceiling_mm, vehicle, x_px, y_px):
     return vehicle.x_mm + cos * forward - sin * left, vehicle.y_mm + sin * forward + cos * left
 
 
-def _draw_plates(rng, preset, camera, vehicle, ceiling_mm, radius_px, target, overrides):
+def _extension(rng, overrides):
+    """Function of a plain ID -> that of the marker to hang: the same lines, with cells where wanted."""
+    family = overrides.get("family", "plain")
+    if family == "plain" or overrides.get("marker_ids") is not None:
+        return lambda marker_id: marker_id
+
+    def extended(marker_id):
+        longer = ID_COUNT * int(rng.integers(1, ID_COUNT**3)) + marker_id
+        coded = (family == "coded" or rng.random() < 0.5) and longer <= CODED_ID_MOST
+        return longer if coded else marker_id + ID_COUNT if family == "coded" else marker_id
+
+    return extended
+
+
+def _draw_plates(rng, preset, camera, vehicle, ceiling_mm, radius_px, target, overrides, extension):
     plate_ratio = LARICS3.plate_mm10 / LARICS3.outer_mm10
     count = int(rng.integers(preset.markers[0], preset.markers[1] + 1))
     ids = list(overrides.get("marker_ids") or LARICS3.ids())
     if overrides.get("marker_ids") is not None and not len(overrides["marker_ids"]):
         count = 0
-    plates, places = [], []
+    plates, places, used = [], [], set()
     # room is sought for whole plates first, then for whole rings, then for centres
     margins = [plate_ratio * 1.06, 1.1, 0.3]
     for _ in range(count):
@@ -245,15 +268,17 @@ def _draw_plates(rng, preset, camera, vehicle, ceiling_mm, radius_px, target, ov
             continue
         heading, line_mm = rng.uniform(0, 360), rng.uniform(15.0, 20.0)
         # repeated IDs only where there are more markers than IDs to choose from
-        used = {plate.marker_id for plate in plates}
         left = [marker_id for marker_id in ids if marker_id not in used] or ids
         marker_id = int(left[rng.integers(len(left))])
+        used.add(marker_id)
         line_mm10 = int(round(10 * overrides.get("line_mm", line_mm)))
-        family = Family(line_mm10=line_mm10, allow_id0=marker_id == 0)
+        if target == "larics":
+            marker_id = extension(marker_id)
         black = rng.uniform(0.0, 0.04)
         if "contrast" in overrides:
             black = 0.0
         places.append(place)
+        family = printed_family(marker_id, line_mm10)
         plates.append(Plate(marker_id, Pose(*place, heading), family, target, 1.0, black))
     return tuple(plates)
 
