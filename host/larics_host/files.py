@@ -1,8 +1,16 @@
-"""Files that a user names: what goes wrong with them becomes one line."""
+"""Files that a user names: what goes wrong with them becomes one line.
+
+Texts are read as editors, spreadsheets and consoles of all systems save them: UTF-8 with or without a byte
+order mark, UTF-16, UTF-32, and Windows' old Western code page. This program itself writes UTF-8.
+"""
 
 from __future__ import annotations
 
+import codecs
+import io
 import json
+import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,16 +19,113 @@ from larics_host.errors import UserError
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
 
+_HEAD_BYTES = 4096
+_MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_CONTROLS = re.compile("[\x01-\x08\x0b\x0e-\x1f]")  # no text has them; zeros are told apart
+_MOST_NESTING = 32
+
+
+def encoding_of(head: bytes) -> str:
+    """The encoding of a text by its first bytes: of its mark, or UTF-16 where every other byte is 0."""
+    for mark, name in _MARKS:
+        if head.startswith(mark):
+            return name
+    even, odd = head[0::2].count(0), head[1::2].count(0)
+    if odd > len(head) // 3 > 2 * even:
+        return "utf-16-le"
+    if even > len(head) // 3 > 2 * odd:
+        return "utf-16-be"
+    return "utf-8"
+
+
+def read_bytes(path: StrPath) -> bytes:
+    """All bytes of a file. UserError when it cannot be read."""
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+
+
+def read_text(path: StrPath) -> str:
+    """The text of a file. UserError when it cannot be read, is none, or is damaged."""
+    data = read_bytes(path)
+    encoding = encoding_of(data[:_HEAD_BYTES])
+    no_text = "%s is no text, or a damaged one: some of it is not %s" % (path, encoding.upper())
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError:
+        if encoding != "utf-8":
+            raise UserError(no_text) from None
+        text = data.decode("cp1252", errors="replace")
+    if _CONTROLS.search(text):
+        raise UserError(no_text)
+    if "\0" in text:
+        what = "zero bytes" if text.strip("\0") else "nothing but zero bytes"
+        raise UserError(
+            "%s holds %s: it was damaged, as by a loss of power; restore it from a copy" % (path, what)
+        )
+    return text
+
+
+def lines(path: StrPath) -> Iterator[str]:
+    """Yields the lines of a text that may be long and damaged, with their ends as "\\n".
+
+    What cannot be decoded becomes U+FFFD. UserError when the file cannot be read."""
+    try:
+        with open(path, "rb") as file:
+            encoding = encoding_of(file.read(_HEAD_BYTES))
+            file.seek(0)
+            with io.TextIOWrapper(file, encoding, errors="replace") as text:
+                yield from text
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+
+
+def _depth(value):
+    """How deep lists and tables lie in each other."""
+    depth, level = 0, [value]
+    while level:
+        depth += 1
+        level = [
+            item
+            for one in level
+            if isinstance(one, (list, dict))
+            for item in (one.values() if isinstance(one, dict) else one)
+        ]
+    return depth
+
+
+def parse_json(text: str) -> Any:
+    """The value of a JSON text; ValueError, in words for a person, where it is none or is nested absurdly."""
+    too_deep = "it is nested more than %d levels deep" % _MOST_NESTING
+    try:
+        value = json.loads(text)
+    except RecursionError:
+        raise ValueError(too_deep) from None
+    except json.JSONDecodeError as error:
+        if not text.strip():
+            raise ValueError("it is empty") from None
+        if not text[error.pos :].strip():
+            raise ValueError("it ends in the middle, as if cut off") from None
+        raise ValueError("%s in line %d" % (error.msg, error.lineno)) from None
+    if text.count("[") + text.count("{") > _MOST_NESTING and _depth(value) > _MOST_NESTING:
+        raise ValueError(too_deep)
+    return value
+
 
 def read_json(path: StrPath) -> Any:
     """What a JSON file holds. UserError when it cannot be read or is none."""
+    text = read_text(path)
     try:
-        with open(path, encoding="utf-8") as file:
-            return json.load(file)
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except ValueError:
-        raise UserError("%s is no JSON file" % path) from None
+        return parse_json(text)
+    except ValueError as error:
+        raise UserError("%s is no JSON file: %s" % (path, error)) from None
 
 
 def write_file(path: StrPath, content: bytes | str) -> None:

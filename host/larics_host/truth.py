@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+from larics_host.tables import read_rows
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -113,22 +114,12 @@ def read_truth(path: StrPath) -> list[Truth]:
     path = Path(path)
     if path.is_dir():
         path = path / "truth.csv"
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            reader = csv.DictReader(file)
-            missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
-            if missing:
-                raise UserError("%s is no truth table: column %s is missing" % (path, missing[0]))
-            truths = []
-            for row in reader:
-                try:
-                    truths.append(Truth(**{name: _value(name, row[name] or "") for name in COLUMNS}))
-                except ValueError:
-                    raise UserError("%s line %d: a cell is not a number" % (path, reader.line_num)) from None
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from None
-    except (UnicodeDecodeError, csv.Error):
-        raise UserError("%s is no truth table: not a CSV text" % path) from None
+    truths = []
+    for number, row in read_rows(path, COLUMNS, COLUMNS, "a truth table", texts=("frame",)):
+        try:
+            truths.append(Truth(**{name: _value(name, row.get(name, "")) for name in COLUMNS}))
+        except ValueError:
+            raise UserError("%s line %d: a cell is not a number" % (path, number)) from None
     return truths
 
 

@@ -257,7 +257,7 @@ def test_a_signal_while_data_is_at_hand_loses_none(tmp_path, monkeypatch, capsys
         (["none.jsonl"], "cannot read none.jsonl"),
         (["empty.bin"], "empty.bin is empty"),
         (["bad.jsonl"], "bad.jsonl line 1 is not from larics log"),
-        (["odd.jsonl"], "odd.jsonl, message 1, is none"),
+        (["odd.jsonl"], "odd.jsonl message 1 is no message"),
         (["odd.csv"], "odd.csv is not from larics log"),
         (["odd.mcap"], "odd.mcap is not from larics log"),
         (["none.mcap"], "cannot read none.mcap"),

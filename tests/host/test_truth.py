@@ -74,6 +74,8 @@ def test_bad_files_are_refused_in_one_line(tmp_path):
     assert "cannot read" in refusal(tmp_path / "absent.csv")
     path = tmp_path / "t.csv"
     path.write_text("")
+    assert "no line that names the columns" in refusal(path)
+    path.write_text(",".join(COLUMNS[1:]) + "\n")
     assert "column frame is missing" in refusal(path)
     write_truth(path, [SOME])
     path.write_text(path.read_text().replace("100.25000", "ten"))
@@ -81,7 +83,9 @@ def test_bad_files_are_refused_in_one_line(tmp_path):
     path.write_text(",".join(COLUMNS) + "\nshort,1\n")
     assert read_truth(path)[0].x_px is None  # cells that are absent are empty
     path.write_bytes(b"\xff\xfe\x00")
-    assert "not a CSV" in refusal(path)
+    assert "is no text" in refusal(path)
+    path.write_text(",".join(COLUMNS) + "\ncut,1")
+    assert "line 2: it ends after 2 of 16 cells, as if cut off" in refusal(path)
 
 
 def test_an_unwritable_file_is_refused_in_one_line(tmp_path):

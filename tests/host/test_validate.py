@@ -141,7 +141,7 @@ def test_processes_give_the_same_as_one(folder):
         (["nowhere"], "cannot read nowhere"),
         (["frames", "--detections", "none.jsonl"], "cannot read none.jsonl"),
         (["frames", "--detections", "frames/truth.csv"], "truth.csv line 1 is not from larics detect"),
-        (["frames", "--detections", "frames/f0.pgm"], "f0.pgm is not from larics detect"),
+        (["frames", "--detections", "frames/f0.pgm"], "f0.pgm is no text"),
         (["frames", "--detections", "other.jsonl"], "other has none of the frames that the truth names"),
         (["frames", "--board", "none.jsonl"], "--board needs the --settings"),
         (["frames", "--board", "none.jsonl", "--settings", "s.json"], "cannot read none.jsonl"),

@@ -101,7 +101,7 @@ def parse_value(name: str, text: str) -> Any:
     if field.kind == "list" and not text.startswith("["):
         text = "[%s]" % text
     try:
-        value = json.loads(text)
+        value = files.parse_json(text)
     except ValueError:
         value = text
     reason = field.reason(value)

@@ -6,17 +6,19 @@ PREFIX.bin with every byte as it came and PREFIX.mcap with every message.
 
 from __future__ import annotations
 
-import contextlib
-import csv
-import json
+import struct
 import time
 from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from larics.wire.codec import Encoder
+from larics_host import files
 from larics_host.connection.receiver import Receiver, wire_bytes
-from larics_host.errors import UserError
+from larics_host.errors import UserError, report
+from larics_host.logs.log_writer import MARKER_COLUMNS
+from larics_host.tables import layout_of
+from larics_host.wording import counted
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -32,23 +34,69 @@ class Piece(NamedTuple):
     data: bytes
 
 
+class _Damage:
+    """Collects the lines of a log that are none, and tells of them once; good ones around them still count.
+
+    A file with none that is good is no log, or lost all it held: then the first one is an error."""
+
+    _GIVE_UP = 100  # lines, of what begins with so many that are none
+
+    def __init__(self, path, unit="line"):
+        self._path = path
+        self._unit = unit
+        self._good = 0
+        self._bad = 0
+        self._first = None
+
+    def good(self):
+        self._good += 1
+
+    def bad(self, number, why, cut=False):
+        self._bad += 1
+        if self._first is None:
+            self._first = "%s %d %s" % (self._unit, number, "is cut off" if cut else why)
+        if not self._good and self._bad >= self._GIVE_UP:
+            self.tell()
+
+    def tell(self):
+        if not self._bad:
+            return
+        if not self._good:
+            raise UserError("%s %s" % (self._path, self._first))
+        rest = ", and %s more" % counted(self._bad - 1, self._unit) if self._bad > 1 else ""
+        report("%s is damaged: %s%s; the rest is read" % (self._path, self._first, rest))
+
+
+_NONE = "is not from larics log"
+
+
+def _cut(line):
+    """Whether a line was the last when the program or the power ended."""
+    return not line.endswith("\n")
+
+
+def _sound(line):
+    """Refuses what a loss of power leaves where a line was: zeros, or bytes of other files."""
+    if "\0" in line or "\ufffd" in line:
+        raise ValueError
+    return line
+
+
 def read_records(path: StrPath) -> Iterator[dict[str, Any]]:
-    """Yields the objects of a .jsonl log. UserError where it is none; a last line cut short is left out."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                try:
-                    record = json.loads(line)
-                    _ = record["message"] + "", record["sequence"] + 0, record["time_s"] + 0.0
-                except (ValueError, KeyError, TypeError):
-                    if not line.endswith("\n"):
-                        return  # the log was ended by force in the middle of this line
-                    raise UserError("%s line %d is not from larics log" % (path, number)) from None
-                yield record
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except UnicodeDecodeError:
-        raise UserError("%s is not from larics log" % path) from None
+    """Yields the objects of a .jsonl log; damaged lines are left out and told. UserError where it is none."""
+    damage = _Damage(path)
+    for number, line in enumerate(files.lines(path), 1):
+        if not line.strip():
+            continue
+        try:
+            record = files.parse_json(_sound(line))
+            _ = record["message"] + "", record["sequence"] + 0, record["time_s"] + 0.0
+        except (ValueError, KeyError, TypeError):
+            damage.bad(number, _NONE, _cut(line))
+            continue
+        damage.good()
+        yield record
+    damage.tell()
 
 
 def read_pieces(path: StrPath) -> Generator[Piece]:
@@ -57,58 +105,93 @@ def read_pieces(path: StrPath) -> Generator[Piece]:
     Raises UserError when it cannot be read or holds nothing.
     """
     path = Path(path)
-    read = {".jsonl": read_records, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(path.suffix)
+    read = {".jsonl": read_records, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(_kind(path))
     pieces = _pieces_of_records(path, read(path)) if read else _pieces_of_bytes(path)
     empty = True
     for piece in pieces:
         empty = False
         yield piece
     if empty:
-        raise UserError("%s is empty" % path)
+        raise UserError("%s %s" % (path, "holds no message" if path.stat().st_size else "is empty"))
+
+
+def _kind(path):
+    """The extension that fits a log: its own, or by its beginning where that is none of ours."""
+    own = path.suffix.lower()
+    if own in (".jsonl", ".csv", ".mcap", ".bin"):
+        return own
+    try:
+        with open(path, "rb") as file:
+            head = file.read(256)
+    except OSError as error:
+        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    if head.startswith(b"\x89MCAP"):
+        return ".mcap"
+    start = head.decode(files.encoding_of(head), errors="replace").lstrip()
+    return ".jsonl" if start.startswith("{") else ".csv" if "time_s" in start else ".bin"
 
 
 def _records_of_csv(path):
-    """The objects that the rows of a .csv stand for."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                try:
-                    numbers = {name: int(text) for name, text in row.items() if name != "time_s"}
-                    yield {**numbers, "time_s": float(row["time_s"]), "message": "MARKER"}
-                except (ValueError, KeyError, TypeError):
-                    raise UserError("%s is not from larics log" % path) from None
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except (UnicodeDecodeError, csv.Error):
-        raise UserError("%s is not from larics log" % path) from None
+    """The objects that the rows of a .csv stand for; an empty cell is None, what is not known."""
+    damage = _Damage(path)
+    numbered = enumerate(files.lines(path), 1)
+    columns = ("time_s", "sequence", *MARKER_COLUMNS)
+    layout = layout_of(numbered, columns, columns, path, "from larics log")
+    for number, line in numbered:
+        try:
+            row = layout.row(_sound(line))
+            if row is None:
+                continue
+            if _cut(line):
+                raise ValueError  # its last number may be
+            record = {name: int(row[name]) if row[name] else None for name in columns[1:]}
+            record["time_s"] = float(row["time_s"])
+        except (ValueError, KeyError):
+            damage.bad(number, _NONE, _cut(line))
+            continue
+        damage.good()
+        yield {**record, "message": "MARKER"}
+    damage.tell()
 
 
 def _records_of_mcap(path):
-    """The objects in an .mcap; of one that was ended by force, those that are complete."""
+    """The objects in an .mcap; of one that is damaged, those before the damage."""
     try:
         from mcap.exceptions import EndOfFile, McapError
         from mcap.reader import NonSeekingReader
     except ImportError:
         raise UserError("an .mcap needs the Python package mcap: pip install mcap") from None
+    count = 0
     try:
-        with open(path, "rb") as file, contextlib.suppress(EndOfFile):
+        with open(path, "rb") as file:
             for schema, _, message in NonSeekingReader(file).iter_messages(log_time_order=False):
-                fields = json.loads(message.data)
+                fields = files.parse_json(message.data.decode())
                 yield {**fields, "message": schema.name.split(".")[-1], "sequence": message.sequence}
+                count += 1
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except (McapError, ValueError, AttributeError, TypeError):
-        raise UserError("%s is not from larics log" % path) from None
+    except EndOfFile:
+        if count:
+            report("%s was cut off: it has no end; %s read" % (path, counted(count, "message")))
+    except (McapError, ValueError, AttributeError, TypeError, struct.error, MemoryError):
+        if not count:
+            raise UserError("%s %s" % (path, _NONE)) from None
+        report("%s is damaged: read up to message %d, where it ceases to be a log" % (path, count))
 
 
 def _pieces_of_records(path, records):
+    damage = _Damage(path, "message")
     encoder = Encoder()
     for number, record in enumerate(records, 1):
         try:
             data = wire_bytes(encoder, record["message"], record["sequence"], record)
+            time_s = float(record["time_s"])
         except (KeyError, ValueError, TypeError) as error:
-            raise UserError("%s, message %d, is none: %s" % (path, number, error)) from None
-        yield Piece(record["time_s"], data)
+            damage.bad(number, "is no message: %s" % error)
+            continue
+        damage.good()
+        yield Piece(time_s, data)
+    damage.tell()
 
 
 def _pieces_of_bytes(path):
@@ -135,15 +218,20 @@ def _pieces_of_bytes(path):
 
 
 def _times(path):
-    """A function message -> its time by the log beside, None from the first message on that is not there."""
+    """A function message -> its time by the log beside, None for those that are not there."""
     records = read_records(path) if path.exists() else iter(())
+    waiting = None
 
     def time_of(message):
-        nonlocal records
-        record = next(records, None)
-        if record and (record["message"], record["sequence"]) == (message.name, message.sequence):
-            return record["time_s"]
-        records = iter(())
+        nonlocal records, waiting
+        try:
+            waiting = waiting or next(records, None)
+        except UserError as error:  # the bytes are what was asked for
+            report("%s: the times of the bytes beside are not known" % error)
+            records = iter(())
+        if waiting and (waiting["message"], waiting["sequence"]) == (message.name, message.sequence):
+            time_s, waiting = waiting["time_s"], None
+            return time_s
         return None
 
     return time_of

@@ -12,7 +12,6 @@ the camera's settings for the ceiling and the size hold.
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from dataclasses import dataclass, field
@@ -21,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from larics import settings as setting_rules
 from larics_host import files
 from larics_host.errors import UserError
+from larics_host.tables import read_rows
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -141,14 +141,8 @@ def read_map(path: StrPath) -> Map:
 
 def read_csv(path: StrPath) -> list[Marker]:
     """Markers of a survey: a CSV with the columns id, x_mm, y_mm, heading_deg and, if need be, the others."""
-    try:
-        with open(path, newline="", encoding="utf-8") as file:
-            reader = csv.DictReader(file)
-            return [_marker(row, "%s line %d" % (path, reader.line_num)) for row in reader]
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except (UnicodeDecodeError, csv.Error):
-        raise UserError("%s is not a CSV text" % path) from None
+    rows = read_rows(path, _FIELDS, _REQUIRED, "a survey")
+    return [_marker(row, "%s line %d" % (path, number)) for number, row in rows]
 
 
 def write_map(path: StrPath, hall: Map) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
+import io
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
+from larics_host import files
 from larics_host.detection import batch
 from larics_host.errors import UserError, report
 from larics_host.progress import watched
@@ -52,17 +53,19 @@ def run_method(folder: StrPath, options: DetectionOptions, jobs: int | None) -> 
 def read_log(path: StrPath) -> Detections:
     """Detections that `larics detect --json` wrote. UserError where it is no such file."""
     detections = Detections(Path(path).stem)
-    try:
-        with open(path, encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                name, found = _record(line)
-                if name is None:
-                    raise UserError("%s line %d is not from larics detect --json" % (path, number))
-                detections.by_frame[base_name(name)] = found
-    except OSError as error:
-        raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
-    except UnicodeDecodeError:
-        raise UserError("%s is not from larics detect --json" % path) from None
+    text = files.read_text(path)
+    for number, line in enumerate(io.StringIO(text, newline=None), 1):
+        if not line.strip():
+            continue
+        name, found = _record(line)
+        if name is None:
+            # a frame that is left out would count as one without a detection
+            why = "is not from larics detect --json"
+            if detections.by_frame:
+                why = "is damaged" if line.endswith("\n") else "was cut off"
+                why += ": write the file again with larics detect --json"
+            raise UserError("%s line %d %s" % (path, number, why))
+        detections.by_frame[base_name(name)] = found
     if not detections.by_frame:
         raise UserError("%s holds no frame" % path)
     return detections
@@ -71,7 +74,7 @@ def read_log(path: StrPath) -> Detections:
 def _record(line):
     """(frame name, detections) of a line; (None, None) when it is something else."""
     try:
-        record = json.loads(line)
+        record = files.parse_json(line)
         name, found = record["frame"], record["detections"]
         for one in found:
             numbers = [one[key] for key in _KEYS[1:]]
