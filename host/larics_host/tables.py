@@ -34,7 +34,7 @@ def _column(name):
 class Layout:
     """What the header of a table says: `names` of its columns in their order, and the separator of cells."""
 
-    def __init__(self, header: str, columns: Sequence[str], separator: str | None = None):
+    def __init__(self, header: str, columns: Sequence[str], separator: str | None = None) -> None:
         """columns: the known names, by which the separator is told."""
 
         def known(candidate):
