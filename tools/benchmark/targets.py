@@ -31,7 +31,10 @@ class Target(NamedTuple):
 
 _DETECTED = {"sunny": (99.8, 100), "double": (99.8, 100), "fast": (99.8, 100), "cloudy": (99.5, 99.9)}
 _DETECTED["harsh"] = (90, 97)
-_WRONG = {"sunny": (0, 0), "double": (0, 0), "fast": (0, 0), "cloudy": (0.1, 0), "harsh": (0.3, 0.05)}
+_TROUBLED = ("glossy", "webcam", "dirty_lens", "worn")
+_READ = {"harsh": (88, 95), **{preset: (80, 95) for preset in _TROUBLED}}
+_WRONG = {"sunny": (0, 0), "double": (0, 0), "fast": (0, 0), "cloudy": (0.1, 0), "harsh": (0.2, 0.05)}
+_WRONG.update({preset: (0.2, 0) for preset in _TROUBLED})
 _ERRORS = {
     "sunny": ((0.02, 0.005), (0.05, 0.012), (0.02, 0.008), (0.08, 0.025)),
     "cloudy": ((0.05, 0.02), (0.12, 0.05), (0.06, 0.04), (0.2, 0.12)),
@@ -58,6 +61,9 @@ def _quality(results):
     for preset, limits in _DETECTED.items():
         if preset in rows:
             yield target("detected, %", preset, "detected_pct", *limits, at_least=True)
+    for preset, limits in _READ.items():
+        if preset in rows:
+            yield target("read, %", preset, "read_pct", *limits, at_least=True)
     for preset, limits in _WRONG.items():
         if preset in rows:
             yield target("wrong IDs, %", preset, "wrong_pct", *limits)

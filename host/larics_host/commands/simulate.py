@@ -23,7 +23,10 @@ larics simulate --drive loop --condition pushed --seconds 60 -o pushed
 """
 
 # named here as well, for a quick --help; a test compares them with the renderer's
-PRESET_NAMES = ("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative")
+PRESET_NAMES = (
+    *("sunny", "cloudy", "double", "fast", "harsh", "multi", "border", "negative"),
+    *("glossy", "webcam", "dirty_lens", "worn"),
+)
 MIN_SIDE_PX, MAX_SIDE_PX = 16, 2048
 MAX_RADIUS_PX = 400.0
 LOOP = "loop"

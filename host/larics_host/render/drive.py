@@ -16,7 +16,7 @@ from larics_host.render.plates import Plate, printed_family
 from larics_host.render.presets import PRESETS
 from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
-from larics_host.render.series import draw_camera, draw_sensor, generator, view_area_m2
+from larics_host.render.series import draw_camera, draw_sensor, generator, trouble, view_area_m2
 from larics_host.render.view import render_view
 
 if TYPE_CHECKING:
@@ -146,6 +146,10 @@ def draw_drive(
         max(pose.y_mm for pose in points) + around,
     )
     furnish(scene, furniture, preset, region, view_area_m2(camera, ceiling_mm), sensor.contrast)
+    if preset.troubles is not None:
+        # low lamps stand where they are mirrored to the vehicle when it is under the path's middle
+        middle, _ = path.at(path.length_mm / 2)
+        sensor = trouble(scene, sensor, camera, middle, preset.troubles, (name, seed))
     return Drive(name, seed, scene, path, camera, sensor, speed_mm_s, rate_hz)
 
 

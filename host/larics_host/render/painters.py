@@ -28,7 +28,7 @@ TEXTURE_SIZE = 256
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _texture(texture, x, y):
+def texture_at(texture, x, y):
     """Bilinear sample of the periodic square texture."""
     floor_x = math.floor(x)
     floor_y = math.floor(y)
@@ -62,8 +62,8 @@ def paint_ceiling(albedo: np.ndarray, plane: np.ndarray, texture: np.ndarray, su
         for column in range(width):
             x = plane[0, row, column] + origin_x
             y = plane[1, row, column] + origin_y
-            grain = speckle * _texture(texture, x * fine, y * fine)
-            grain += stain * _texture(texture, y * coarse, x * coarse)
+            grain = speckle * texture_at(texture, x * fine, y * fine)
+            grain += stain * texture_at(texture, y * coarse, x * coarse)
             value = base * (1.0 + grain)
             if tile_w > 0.0 or hole > 0.0:
                 u = cos * x + sin * y

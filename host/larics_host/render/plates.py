@@ -14,6 +14,7 @@ import numpy as np
 
 from larics.marker import ARC, LARICS3, LINE, PLAIN_ID_MOST, RING, Family
 from larics_host.render.camera import Pose
+from larics_host.render.finish import Finish
 
 TARGETS = ("larics", "aruco", "apriltag")
 
@@ -34,6 +35,7 @@ class Plate:
                 "apriltag" (36h11, 8 modules), whose square with one module of quiet zone just fits
                 the same round plate
     white, black   reflectance of the plate and of the ink; 1 and 0 make the contrast exact
+    finish      how it is printed, hangs and has aged
     """
 
     marker_id: int
@@ -42,6 +44,7 @@ class Plate:
     target: str = "larics"
     white: float = 1.0
     black: float = 0.0
+    finish: Finish = Finish()
 
     @property
     def radius_mm(self) -> float:

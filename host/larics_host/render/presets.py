@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+from larics_host.render.troubles import Troubles
+
 
 @dataclass(frozen=True)
 class Preset:
@@ -14,6 +16,8 @@ class Preset:
     lamp_share     that there are lamps, `lamp_grey` how bright; share of frames with glare (a bright patch
                    on the plate), a shadow anywhere, the edge of one on the plate, dirt, something in the way
     jpeg_share     that the frame went through JPEG of a quality of 60 to 95
+    row_us         rolling shutter, time from row to row: instead of the series' own
+    troubles       what else happens to print, light, lens and picture
     """
 
     summary: str
@@ -40,6 +44,8 @@ class Preset:
     dirt: float = 0.1
     block: float = 0.0
     jpeg_share: float = 0.3
+    row_us: tuple | None = None
+    troubles: Troubles | None = None
 
 
 SUNNY = Preset("daylight: high contrast, short exposure, 20 cm/s")
@@ -104,5 +110,65 @@ PRESETS = {
         decoys=(0, 2),
         lamp_share=0.5,
         shadow=0.5,
+    ),
+    "glossy": replace(
+        SUNNY,
+        summary="glossy and curled plates that mirror lamps, edges of light, tone curves",
+        contrast=(50.0, 150.0),
+        tilt_deg=(0.0, 4.0),
+        troubles=Troubles(
+            sheet=0.5, curl=0.5, gloss=0.9, lit_edge=0.3, over=0.15, tone=0.5, sharpen=0.3, bilateral=0.2
+        ),
+    ),
+    "webcam": replace(
+        SUNNY,
+        summary="a webcam: denoised, sharpened, enlarged, tone curves, flicker bands, JPEG; faint prints",
+        contrast=(30.0, 130.0),
+        black=(5.0, 40.0),
+        read_noise=(1.0, 3.0),
+        shot_noise=(0.01, 0.05),
+        exposure_us=(4000.0, 15000.0),
+        jpeg_share=0.7,
+        row_us=(40.0, 100.0),
+        troubles=Troubles(
+            sheet=0.6,
+            faint=0.35,
+            lit_edge=0.35,
+            over=0.1,
+            flicker=0.4,
+            interlaced=0.1,
+            upscaled=0.3,
+            defects=0.2,
+            tone=0.8,
+            sharpen=0.6,
+            temporal=0.3,
+            median=0.25,
+            bilateral=0.35,
+        ),  # fmt: skip
+    ),
+    "dirty_lens": replace(
+        SUNNY,
+        summary="finger marks and dust on the lens: parts of the picture blurred, dimmed and veiled",
+        contrast=(40.0, 150.0),
+        troubles=Troubles(sheet=0.3, smears=(3, 8), tone=0.3, defects=0.1),
+    ),
+    "worn": replace(
+        SUNNY,
+        summary="faint, grey, screened, rubbed, stained and torn prints, cables across them",
+        contrast=(40.0, 150.0),
+        black=(10.0, 50.0),
+        tilt_deg=(0.0, 4.0),
+        troubles=Troubles(
+            sheet=0.5,
+            curl=0.3,
+            faint=0.5,
+            screen=0.3,
+            wear=0.4,
+            torn=0.35,
+            stains=0.5,
+            cable=0.4,
+            lit_edge=0.2,
+            tone=0.2,
+        ),  # fmt: skip
     ),
 }

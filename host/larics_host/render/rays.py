@@ -17,6 +17,22 @@ import math
 import numpy as np
 from numba import njit
 
+from larics_host.render.finish import (
+    CURL,
+    CURL_COS,
+    CURL_SIN,
+    JAG,
+    SCREEN,
+    SHEET,
+    TONE,
+    WEAR,
+    WEAR_CELL,
+    WEAR_U,
+    WEAR_V,
+)
+from larics_host.render.painters import texture_at
+from larics_host.render.plate_edge import plate_distance
+
 # beyond this many heights to the side the ceiling is not painted (a camera tilted to the horizon)
 FAR = 25.0
 
@@ -123,6 +139,23 @@ def _ink_distance(rings, lines, arcs, cells, side, u, v):
     return best
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _worn(ink, finish, noise, u, v):
+    """What is left of the ink (0..1) at plate point u, v after halftone printing and wear."""
+    if finish[SCREEN] > 0.0:
+        # a screen of dots at 45 degrees
+        a = (u + v) * (math.pi * math.sqrt(2.0)) / finish[SCREEN]
+        b = (u - v) * (math.pi * math.sqrt(2.0)) / finish[SCREEN]
+        dot = 0.5 + 0.25 * (math.cos(a) + math.cos(b))
+        ink *= min(max(0.5 + 12.0 * (finish[TONE] - dot), 0.0), 1.0)
+    if finish[WEAR] > 0.0:
+        place = texture_at(
+            noise, u * finish[WEAR_CELL] + finish[WEAR_U], v * finish[WEAR_CELL] + finish[WEAR_V]
+        )
+        ink *= 1.0 - finish[WEAR] * min(max(0.5 + place, 0.0), 1.0)
+    return ink
+
+
 @njit(cache=True, nogil=True)
 def paint_plate(
     image: np.ndarray,
@@ -132,6 +165,9 @@ def paint_plate(
     path: np.ndarray,
     ceiling: np.ndarray,
     plate: np.ndarray,
+    finish: np.ndarray,
+    torn: np.ndarray,
+    noise: np.ndarray,
     rings: np.ndarray,
     lines: np.ndarray,
     arcs: np.ndarray,
@@ -144,12 +180,16 @@ def paint_plate(
 
     plate    float64 [9]: centre x, y; cos, sin of the heading; radius; white; black; width of the edge ramp;
              reach: a pixel whose centre is farther than this from every edge needs one sample; mm
+    finish, torn   Finish.row;  noise  the texture of wear and tears
     samples  (N, 3): offset in x, y (px) and time (s) of each sample; symmetric, so that nothing is shifted
     """
     count = samples.shape[0]
     pose = np.empty((count + 1, 4))
     limit, ramp, reach = plate[4], plate[7], plate[8]
     white, black = plate[5], plate[6]
+    # how far the bend may move a point of the rim, seen under 45 degrees at most
+    sag = 0.5 * abs(finish[CURL]) * limit * limit
+    uneven = finish[SCREEN] > 0.0 or finish[WEAR] > 0.0
     for row in range(box[0], box[1]):
         row_time = (row - path[7]) * path[6]
         for index in range(count + 1):
@@ -168,11 +208,11 @@ def paint_plate(
             x, y = _see(cam, lens, lens_step, ceiling, float(column), float(row))
             u = pose[count, 0] * x + pose[count, 1] * y + pose[count, 2]
             v = pose[count, 1] * x - pose[count, 0] * y + pose[count, 3]
-            edge = math.sqrt(u * u + v * v) - limit
-            if edge > reach:
+            edge = plate_distance(u, v, limit, finish[SHEET], torn, finish[JAG], noise)
+            if edge > reach + sag:
                 continue
             ink = _ink_distance(rings, lines, arcs, cells, side, u, v)
-            if edge < -reach and abs(ink) > reach:
+            if edge < -reach - sag and abs(ink) > reach + sag and not (uneven and ink < 0.0):
                 image[row, column] = black if ink < 0.0 else white
                 continue
             # within a pixel the ceiling point moves in proportion
@@ -189,12 +229,22 @@ def paint_plate(
                 sx, sy = x + xx * px + xy * py, y + yx * px + yy * py
                 u = pose[index, 0] * sx + pose[index, 1] * sy + pose[index, 2]
                 v = pose[index, 1] * sx - pose[index, 0] * sy + pose[index, 3]
-                cover = 0.5 - (math.sqrt(u * u + v * v) - limit) / ramp
+                if finish[CURL] != 0.0:
+                    # the bent plate is nearer, so the ray meets it nearer to the lens's axis
+                    bent = finish[CURL_COS] * u + finish[CURL_SIN] * v
+                    near = 1.0 - 0.5 * finish[CURL] * bent * bent / ceiling
+                    sx *= near
+                    sy *= near
+                    u = pose[index, 0] * sx + pose[index, 1] * sy + pose[index, 2]
+                    v = pose[index, 1] * sx - pose[index, 0] * sy + pose[index, 3]
+                cover = 0.5 - plate_distance(u, v, limit, finish[SHEET], torn, finish[JAG], noise) / ramp
                 if cover <= 0.0:
                     continue
                 cover = min(cover, 1.0)
                 ink = 0.5 - _ink_distance(rings, lines, arcs, cells, side, u, v) / ramp
                 ink = min(max(ink, 0.0), 1.0)
+                if uneven:
+                    ink = _worn(ink, finish, noise, u, v)
                 alpha += cover
                 color += cover * (white + ink * (black - white))
             image[row, column] = image[row, column] * (1.0 - alpha / count) + color / count

@@ -89,6 +89,7 @@ class Scene:
     plates      markers, in the order of the truth records
     objects     ceiling furniture under the plates; occluders hang before them; shades multiply the light
                 (shadows, dirt); lamps add to it: object tables
+    low_lamps   LowLamp below the ceiling, seen only as glossy plates mirror them
     """
 
     ceiling_mm: float = 3000.0
@@ -98,6 +99,7 @@ class Scene:
     occluders: np.ndarray = field(default_factory=lambda: NOTHING)
     shades: np.ndarray = field(default_factory=lambda: NOTHING)
     lamps: np.ndarray = field(default_factory=lambda: NOTHING)
+    low_lamps: tuple = ()
 
 
 @lru_cache(maxsize=1)

@@ -16,6 +16,7 @@ from larics_host.render.plates import TARGETS, Plate, printed_family
 from larics_host.render.presets import PRESETS
 from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
+from larics_host.render.troubles import trouble_plate, trouble_scene, trouble_sensor
 from larics_host.render.view import render_view
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def draw_camera(name: str, seed: int, width: int, height: int, radius_px: float,
     k1 = rng.uniform(-1.0, 0.3) * strength
     k2 = rng.uniform(-0.1, 0.1) * strength / half_diagonal**2
     k1, k2 = lens if lens is not None else (k1, k2)
-    return Camera(
+    camera = Camera(
         width=width,
         height=height,
         focal_px=focal,
@@ -118,6 +119,8 @@ def draw_camera(name: str, seed: int, width: int, height: int, radius_px: float,
         k2=k2,
         row_us=rng.uniform(20.0, 40.0),
     )
+    span = PRESETS[name].row_us
+    return camera if span is None else replace(camera, row_us=rng.uniform(*span))
 
 
 def draw_sensor(rng: np.random.Generator, preset: Preset) -> Sensor:
@@ -201,7 +204,25 @@ def draw_view(
     furnish(
         scene, furniture, preset, region, view_area_m2(camera, ceiling_mm), sensor.contrast, get("occlusion")
     )
+    if preset.troubles is not None:
+        sensor = trouble(
+            scene, sensor, camera, vehicle, preset.troubles, (name, seed, index), "contrast" in overrides
+        )
     return View(scene, vehicle, motion, camera, sensor, noise)
+
+
+def trouble(scene, sensor, camera, vehicle, troubles, stream, keep_ink=False):
+    """Draw a preset's troubles into a furnished scene and return the Sensor with its own.
+
+    stream  (preset, seed, ...) that the troubles' own random numbers follow from"""
+    print_and_light, processor = (generator(*stream, purpose) for purpose in (4, 5))
+    scene.plates = tuple(trouble_plate(print_and_light, plate, troubles, keep_ink) for plate in scene.plates)
+    heading = math.radians(vehicle.heading_deg)
+    cos, sin = math.cos(heading), math.sin(heading)
+    ahead, left = camera.offset_x_mm, camera.offset_y_mm
+    lens = (vehicle.x_mm + cos * ahead - sin * left, vehicle.y_mm + sin * ahead + cos * left)
+    trouble_scene(scene, print_and_light, troubles, lens, sensor.contrast)
+    return trouble_sensor(processor, sensor, troubles)
 
 
 def _region(camera, ceiling_mm, vehicle):

@@ -9,6 +9,7 @@ import numpy as np
 
 from larics_host.render import painters, rays
 from larics_host.render.optics import defocus, pixel_samples, smear
+from larics_host.render.reflection import add_reflections
 from larics_host.render.scene import texture
 from larics_host.truth import Truth
 
@@ -46,9 +47,14 @@ def render_view(
     Returns the frame, (H, W) uint8, and a list of Truth: one for each marker whose outer ring is at least
     in part inside the frame, or a single one without an ID.
     """
-    radiance = render_radiance(scene, pose, motion, camera, sensor.defocus_px)
     truths = truth_of(scene, pose, motion, camera, name, time_us)
-    return sensor.frame(radiance, rng), truths
+    if sensor.plain:
+        return sensor.frame(render_radiance(scene, pose, motion, camera, sensor.defocus_px), rng), truths
+
+    def radiance_at(seconds):
+        return render_radiance(scene, motion.pose_after(pose, seconds), motion, camera, sensor.defocus_px)
+
+    return sensor.develop(radiance_at, camera, rng), truths
 
 
 def truth_of(
@@ -180,9 +186,8 @@ class _Pass:
         for row, box in self._visible(self.scene.objects):
             painters.paint_object(image, plane, row, box, self.mm_per_px)
         image = smear(image, self.shift_px)
-        for plate in self.scene.plates:
-            self._paint_plate(image, plate)
-        self._light(image)
+        boxes = [self._paint_plate(image, plate) for plate in self.scene.plates]
+        self._light(image, boxes)
         return defocus(image, defocus_px)
 
     def _visible(self, rows, reach=lambda row: row[painters.SOFT] / 2):
@@ -232,12 +237,13 @@ class _Pass:
         return box if box[0] < box[1] and box[2] < box[3] else None
 
     def _paint_plate(self, image, plate):
+        """Paint one plate; returns its box in the frame, None where it is out of sight."""
         center = np.array([[plate.pose.x_mm, plate.pose.y_mm]])
         # local scale: mm on the ceiling per px, in the coarsest direction
         steps = center + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
         pixels = self.camera.look_at(steps, self.scene.ceiling_mm, self.pose)
         if np.isnan(pixels).any():
-            return
+            return None
         scales = np.linalg.svd(np.stack([pixels[1] - pixels[0], pixels[2] - pixels[0]]), compute_uv=False)
         coarse, mean = 1.3 / scales[1], 1.0 / math.sqrt(scales[0] * scales[1])
         turn = math.radians(abs(self.motion.turn_deg_s))
@@ -248,9 +254,10 @@ class _Pass:
         samples = pixel_samples(min(count, MAX_SAMPLES), self.exposure_s)
         reach = 0.75 * coarse + blur_mm / 2 + mean
         heading = math.radians(plate.pose.heading_deg)
-        box = self._box(self._pixels(center + (plate.radius_mm + reach) * CIRCLE))
+        rim = plate.radius_mm * (1.45 if plate.finish.sheet else 1.0) + reach
+        box = self._box(self._pixels(center + rim * CIRCLE))
         if box is None:
-            return
+            return None
         row = np.array(
             [
                 *(plate.pose.x_mm - self.pose.x_mm, plate.pose.y_mm - self.pose.y_mm),
@@ -260,9 +267,18 @@ class _Pass:
             ]
         )
         view = (self.cam, *self.lens, self.path, self.scene.ceiling_mm)
-        rays.paint_plate(image, *view, row, *plate.pattern(), samples, box)
+        finish = (*plate.finish.row(), texture())
+        rays.paint_plate(image, *view, row, *finish, *plate.pattern(), samples, box)
+        return box
 
-    def _light(self, image):
+    def _lens_xy(self):
+        """Map position of the lens at mid-exposure of the frame's middle, mm."""
+        heading = math.radians(self.pose.heading_deg)
+        cos, sin = math.cos(heading), math.sin(heading)
+        ahead, left = self.camera.offset_x_mm, self.camera.offset_y_mm
+        return self.pose.x_mm + cos * ahead - sin * left, self.pose.y_mm + sin * ahead + cos * left
+
+    def _light(self, image, boxes):
         """Occluders, shadows and lamps over the picture of ceiling and plates."""
         scene = self.scene
         color = alpha = glow = image  # stand-ins of the right type where a layer is absent
@@ -274,10 +290,18 @@ class _Pass:
             for row, box in self._visible(scene.occluders):
                 painters.paint_occluder(color, alpha, self.plane, row, box, self.mm_per_px)
             color, alpha = smear(color, self.shift_px), smear(alpha, self.shift_px)
-        if len(scene.lamps):
+        mirrors = bool(scene.low_lamps) and any(plate.finish.gloss for plate in scene.plates)
+        if len(scene.lamps) or mirrors:
             glow = np.zeros(self.shape, np.float32)
             for row, box in self._visible(scene.lamps, lambda row: 5 * row[painters.SOFT]):
                 painters.paint_glow(glow, self.plane, row, box, self.mm_per_px)
             glow = smear(glow, self.shift_px)
-        layers = np.array([len(scene.occluders) > 0, len(scene.lamps) > 0])
+            if mirrors:
+                mirrored = np.zeros(self.shape, np.float32)
+                origin = (self.pose.x_mm, self.pose.y_mm)
+                add_reflections(mirrored, self.plane, scene, origin, self._lens_xy(), boxes, self.mm_per_px)
+                mirrored = smear(mirrored, self.shift_px)
+                # what hangs before a plate hides what it mirrors
+                glow += mirrored * (1 - alpha) if len(scene.occluders) else mirrored
+        layers = np.array([len(scene.occluders) > 0, len(scene.lamps) > 0 or mirrors])
         painters.merge(image, color, alpha, shade, glow, layers)
