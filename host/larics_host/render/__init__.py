@@ -6,9 +6,9 @@
 Modules: camera (projection, lens, rolling shutter), plates (markers and tags), finish (print, bend and wear
 of a plate), plate_edge (rim and tears), scene (ceiling and what hangs there), clutter (random furniture and
 light), reflection (lamps mirrored in plates), rays and painters (compiled loops), optics (blur), lens_dirt,
-flicker, sensor (grey levels, noise, JPEG), defects, processing (the image processor), view (one picture and its
-truth), presets (ranges), furnish (a scene of a preset), troubles (what else may happen to it), series (random
-frames), drive (frames along a path).
+flicker, sensor (grey levels, noise, JPEG), defects, processing (the image processor), view (one picture and
+its truth), presets (ranges), furnish (a scene of a preset), troubles (what else may happen to it), series
+(random frames), drive (frames along a path).
 """
 
 from larics_host.render.presets import PRESETS

@@ -1,5 +1,7 @@
 """Pixels of a sensor that do not do as the others do."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +24,7 @@ class Defects:
     stuck_columns: int = 0
     seed: int = 0
 
-    def apply(self, grey, rng):
+    def apply(self, grey: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(H, W) float32 grey levels with the faults; `rng` draws what is new in each frame."""
         fixed = np.random.Generator(np.random.PCG64(self.seed))
         height, width = grey.shape

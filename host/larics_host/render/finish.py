@@ -1,5 +1,7 @@
 """What a plate is beside its pattern: how it was printed, how it hangs, what time did to it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -40,7 +42,7 @@ class Finish:
     torn: tuple = ()
     jag_mm: float = 0.0
 
-    def row(self):
+    def row(self) -> tuple[np.ndarray, np.ndarray]:
         """The kernels' parameters: float64 [11], and the tears (N, 3): cos, sin, mm.
 
         Curvature is in 1/mm there, and the tone the screen's level up to which there is ink."""
@@ -58,7 +60,7 @@ class Finish:
 
 
 @lru_cache(maxsize=256)
-def screen_level(tone):
+def screen_level(tone: float) -> float:
     """The level of the kernel's screen below which lies this share of its area."""
     wave = np.cos(np.linspace(0, np.pi, 400))
     return float(np.quantile(0.5 + 0.25 * (wave[:, None] + wave[None]), tone))

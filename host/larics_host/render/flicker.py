@@ -1,9 +1,15 @@
 """Lamps on the mains: their light swings twice a period, and a rolling shutter shows it as bands."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from larics_host.render.camera import Camera
 
 
 @dataclass(frozen=True)
@@ -14,7 +20,7 @@ class Flicker:
     mains_hz: float = 50.0
     phase: float = 0.0
 
-    def gain(self, camera):
+    def gain(self, camera: Camera) -> np.ndarray:
         """(H, 1) float32: light of each row, integrated over its exposure; its mean over time is 1."""
         swings = 2 * self.mains_hz
         seconds = camera.row_seconds(np.arange(camera.height))

@@ -1,5 +1,7 @@
 """Dirt on the lens: places of the picture that are blurred, dimmed and veiled, others that are not."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import cv2
@@ -28,7 +30,7 @@ class Smear:
     loss: float
     veil: float
 
-    def cover(self, shape):
+    def cover(self, shape: tuple[int, ...]) -> np.ndarray:
         """(H, W) float32, 0 outside .. 1 in the middle."""
         height, width = shape
         y, x = np.mgrid[:height, :width].astype(np.float32)
@@ -38,7 +40,7 @@ class Smear:
         return np.exp(-((u * u + v * v) ** 2)).astype(np.float32)
 
 
-def look_through(radiance, smears):
+def look_through(radiance: np.ndarray, smears: tuple[Smear, ...]) -> np.ndarray:
     """(H, W) float32 radiance behind dirty glass: blurred, dimmed and veiled where the smears are."""
     height = radiance.shape[0]
     variance = np.zeros(radiance.shape, np.float32)
@@ -69,7 +71,7 @@ def _blurred(image, sigma):
     return out
 
 
-def draw_smears(rng, count):
+def draw_smears(rng: np.random.Generator, count: int) -> tuple[Smear, ...]:
     """Finger marks, drops and dust: a tuple of Smear."""
     smears = []
     for _ in range(count):

@@ -28,7 +28,7 @@ TEXTURE_SIZE = 256
 
 
 @njit(cache=True, nogil=True, inline="always")
-def texture_at(texture, x, y):
+def texture_at(texture: np.ndarray, x: float, y: float) -> float:
     """Bilinear sample of the periodic square texture."""
     floor_x = math.floor(x)
     floor_y = math.floor(y)

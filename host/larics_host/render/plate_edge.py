@@ -1,7 +1,10 @@
 """Where a plate ends: its rim, round or square, and where it is torn off."""
 
+from __future__ import annotations
+
 import math
 
+import numpy as np
 from numba import njit
 
 from larics_host.render.painters import texture_at
@@ -10,7 +13,9 @@ JAG_CELL_MM = 12.0
 
 
 @njit(cache=True, nogil=True, inline="always")
-def plate_distance(u, v, radius, sheet, torn, jag, noise):
+def plate_distance(
+    u: float, v: float, radius: float, sheet: float, torn: np.ndarray, jag: float, noise: np.ndarray
+) -> float:
     """Signed distance (mm, negative inside) of plate point u, v from the plate's edge.
 
     sheet  not 0: a square of half side `radius`; torn  (N, 3): cos, sin, distance of each tear's line,

@@ -3,6 +3,8 @@
 Every step takes and gives (H, W) float32 grey levels 0..255 and shifts nothing: its filters are symmetric.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import cv2
@@ -33,7 +35,7 @@ class Processing:
     sharpen: float = 0.0
     sharpen_px: float = 1.0
 
-    def run(self, grey, previous=None):
+    def run(self, grey: np.ndarray, previous: np.ndarray | None = None) -> np.ndarray:
         """(H, W) float32 -> (H, W) float32, both 0..255. `previous`: the frame before, for `temporal`."""
         if self.temporal and previous is not None:
             grey = recursive(grey, previous, self.temporal, self.temporal_grey)
@@ -49,7 +51,7 @@ class Processing:
             grey = grey + np.float32(self.sharpen) * (grey - soft)
         return np.clip(grey, 0, 255)
 
-    def tone(self, grey):
+    def tone(self, grey: np.ndarray) -> np.ndarray:
         """The tone curve alone; it never falls."""
         if self.gamma == 1.0 and not self.curve and not self.lift:
             return grey
@@ -58,7 +60,7 @@ class Processing:
         return (self.lift + share * (255 - self.lift)).astype(np.float32)
 
 
-def recursive(grey, previous, weight, limit):
+def recursive(grey: np.ndarray, previous: np.ndarray, weight: float, limit: float) -> np.ndarray:
     """Temporal noise reduction: the previous frame shines through where the difference is below a limit."""
     difference = previous - grey
     still = np.clip(2 - np.abs(cv2.blur(difference, (3, 3))) / np.float32(limit), 0, 1)

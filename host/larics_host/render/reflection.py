@@ -6,8 +6,11 @@ where the plate slopes towards the camera, it is turned back by twice the slope.
 cylinder stretches or squeezes the lamp's image across the bend, and a tilted one shifts it.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
@@ -17,6 +20,12 @@ from larics_host.render.finish import CURL, CURL_COS, CURL_SIN, JAG, SHEET
 from larics_host.render.painters import BOX, DISC, ROD
 from larics_host.render.plate_edge import plate_distance
 from larics_host.render.scene import item, texture
+
+if TYPE_CHECKING:
+    from larics_host.render.plates import Plate
+    from larics_host.render.scene import Scene
+
+Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -33,7 +42,17 @@ class LowLamp:
 
 
 @njit(cache=True, nogil=True)
-def paint_reflection(glow, plane, lamp, mirror, finish, torn, noise, box, ramp):
+def paint_reflection(
+    glow: np.ndarray,
+    plane: np.ndarray,
+    lamp: np.ndarray,
+    mirror: np.ndarray,
+    finish: np.ndarray,
+    torn: np.ndarray,
+    noise: np.ndarray,
+    box: np.ndarray,
+    ramp: float,
+) -> None:
     """Add the image of a lamp in one plate to `glow`, where the plate is and not where it is torn off.
 
     mirror  float64 [11]: plate x, y; cos, sin of its heading; radius; slopes along map x, y (how fast it
@@ -68,7 +87,7 @@ def paint_reflection(glow, plane, lamp, mirror, finish, torn, noise, box, ramp):
             glow[row, column] += cover * lamp[painters.VALUE] * (lit + (1.0 - lit) * haze)
 
 
-def mirror_row(plate, origin, lens, depth_mm, ceiling_mm):
+def mirror_row(plate: Plate, origin: Point, lens: Point, depth_mm: float, ceiling_mm: float) -> np.ndarray:
     """The kernel's `mirror` for a plate; all map points relative to `origin`."""
     heading = math.radians(plate.pose.heading_deg)
     cos, sin = math.cos(heading), math.sin(heading)
@@ -82,7 +101,15 @@ def mirror_row(plate, origin, lens, depth_mm, ceiling_mm):
     )
 
 
-def add_reflections(glow, plane, scene, origin, lens, boxes, ramp):
+def add_reflections(
+    glow: np.ndarray,
+    plane: np.ndarray,
+    scene: Scene,
+    origin: Point,
+    lens: Point,
+    boxes: list[np.ndarray | None],
+    ramp: float,
+) -> None:
     """Add the images of all low lamps in the plates that are glossy.
 
     boxes   by plate: rows and columns that it may touch, or None
@@ -101,7 +128,9 @@ def add_reflections(glow, plane, scene, origin, lens, boxes, ramp):
             paint_reflection(glow, plane, row, mirror, finish, torn, texture(), box, ramp)
 
 
-def draw_low_lamp(rng, plate, lens, ceiling_mm, radiance):
+def draw_low_lamp(
+    rng: np.random.Generator, plate: Plate, lens: Point, ceiling_mm: float, radiance: float
+) -> LowLamp:
     """A LowLamp whose image in a plate lies somewhere on the plate or just beside it."""
     depth_mm = ceiling_mm * rng.uniform(1.0, 1.4)
     away, direction = plate.radius_mm * 1.1 * math.sqrt(rng.random()), rng.uniform(0, 2 * math.pi)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -13,6 +15,9 @@ from larics_host.render.defects import Defects
 from larics_host.render.flicker import Flicker
 from larics_host.render.lens_dirt import look_through
 from larics_host.render.processing import Processing
+
+if TYPE_CHECKING:
+    from larics_host.render.camera import Camera
 
 
 @njit(cache=True, nogil=True)
@@ -81,7 +86,9 @@ class Sensor:
         """(H, W) float32 radiance, white plate = 1, already defocused -> (H, W) uint8."""
         return self._packed(_eight_bits(self._exposed(radiance, rng)))
 
-    def develop(self, radiance_at, camera, rng):
+    def develop(
+        self, radiance_at: Callable[[float], np.ndarray], camera: Camera, rng: np.random.Generator
+    ) -> np.ndarray:
         """The frame of a camera that does more than count light: (H, W) uint8.
 
         radiance_at   function of seconds from the exposure's middle -> radiance as for `frame`
@@ -134,7 +141,7 @@ class Sensor:
         return frame
 
     @property
-    def plain(self):
+    def plain(self) -> bool:
         """Whether it does no more than count light."""
         return not (self.lens or self.field_us or self.flicker.depth) and (
             (self.exposure, self.scale, self.defects, self.processing) == (1.0, 1.0, Defects(), Processing())

@@ -16,7 +16,7 @@ from larics_host.render.plates import TARGETS, Plate, printed_family
 from larics_host.render.presets import PRESETS
 from larics_host.render.scene import Scene
 from larics_host.render.sensor import Sensor
-from larics_host.render.troubles import trouble_plate, trouble_scene, trouble_sensor
+from larics_host.render.troubles import Troubles, trouble_plate, trouble_scene, trouble_sensor
 from larics_host.render.view import render_view
 
 if TYPE_CHECKING:
@@ -211,7 +211,15 @@ def draw_view(
     return View(scene, vehicle, motion, camera, sensor, noise)
 
 
-def trouble(scene, sensor, camera, vehicle, troubles, stream, keep_ink=False):
+def trouble(
+    scene: Scene,
+    sensor: Sensor,
+    camera: Camera,
+    vehicle: Pose,
+    troubles: Troubles,
+    stream: tuple,
+    keep_ink: bool = False,
+) -> Sensor:
     """Draw a preset's troubles into a furnished scene and return the Sensor with its own.
 
     stream  (preset, seed, ...) that the troubles' own random numbers follow from"""

@@ -4,8 +4,11 @@ All of it comes from random streams of its own, so that a preset without trouble
 exist.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +21,11 @@ from larics_host.render.painters import BOX, ROD
 from larics_host.render.processing import Processing
 from larics_host.render.reflection import draw_low_lamp
 from larics_host.render.scene import item, table
+
+if TYPE_CHECKING:
+    from larics_host.render.plates import Plate
+    from larics_host.render.scene import Scene
+    from larics_host.render.sensor import Sensor
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,7 @@ class Troubles:
     bilateral: float = 0.0
 
 
-def trouble_plate(rng, plate, troubles, keep_ink):
+def trouble_plate(rng: np.random.Generator, plate: Plate, troubles: Troubles, keep_ink: bool) -> Plate:
     """The plate as it was printed, hung and used. `keep_ink`: its contrast is given, so no faint print."""
 
     def happens(share):
@@ -87,7 +95,9 @@ def trouble_plate(rng, plate, troubles, keep_ink):
     return replace(plate, finish=finish, white=white, black=black)
 
 
-def trouble_scene(scene, rng, troubles, lens, contrast):
+def trouble_scene(
+    scene: Scene, rng: np.random.Generator, troubles: Troubles, lens: tuple[float, float], contrast: float
+) -> None:
     """Add mirrored lamps, stains, cables and edges of light to a furnished Scene.
 
     lens  (x, y) of the lens in the map; contrast  grey levels of the white plate
@@ -127,7 +137,7 @@ def _cable(rng, x, y, radius):
     return [item(ROD, *where, 4000, half, angle=direction + math.pi / 2, value=value, extra=shade)]
 
 
-def trouble_sensor(rng, sensor, troubles):
+def trouble_sensor(rng: np.random.Generator, sensor: Sensor, troubles: Troubles) -> Sensor:
     """The Sensor with a dirty lens, lamps that flicker, and an image processor behind it."""
 
     def happens(share):
