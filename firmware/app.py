@@ -21,6 +21,22 @@ from safe_mode import NoWatchdog
 from serial_line import SerialLine
 from status import VERSION, Status
 
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+# generated: begin indices (tools/make_protocol.py)
+_INFO_VERSION_MAJOR = const(2)
+_INFO_VERSION_MINOR = const(3)
+_INFO_VERSION_PATCH = const(4)
+_INFO_WIDTH = const(5)
+_INFO_HEIGHT = const(6)
+_INFO_SETTINGS = const(7)
+_INFO_BOARD = const(8)
+_INFO_UNIQUE_ID = const(9)
+# generated: end indices
+
 _DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "outer_mm10", "line_mm10", "allowed_ids")
 _DETECTOR_SETTINGS += ("allow_id0", "mirrored", "tracking", "second_opinion")
 _DETECTOR_SETTINGS += ("confirm_needed", "confirm_frames", "max_tilt_cdeg", "margin_min")
@@ -156,11 +172,11 @@ class App:
     # what larics.device.commands.Commands asks for
 
     def info(self, values):
-        values[2], values[3], values[4] = VERSION
-        values[5], values[6] = self.camera.width, self.camera.height
-        values[7] = max(field.key for field in FIELDS)
-        values[8] = padded(self._board, 16)
-        values[9] = padded(self._unique_id, 12)
+        values[_INFO_VERSION_MAJOR], values[_INFO_VERSION_MINOR], values[_INFO_VERSION_PATCH] = VERSION
+        values[_INFO_WIDTH], values[_INFO_HEIGHT] = self.camera.width, self.camera.height
+        values[_INFO_SETTINGS] = max(field.key for field in FIELDS)
+        values[_INFO_BOARD] = padded(self._board, 16)
+        values[_INFO_UNIQUE_ID] = padded(self._unique_id, 12)
 
     def settings_changed(self, name):
         """Takes a new value into use; size, baud rate and encoding wait for a restart."""

@@ -10,11 +10,19 @@ import time
 from larics.device.measurements import Measuring
 from larics.wire import messages as m
 
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+# generated: begin indices (tools/make_protocol.py)
+_STATUS_UPTIME_S = const(4)
+# generated: end indices
+
 _STATUS_MS = 1000
 _CAMERA_TIMEOUT_MS = 1000
 _CAMERA_RETRY_MS = 2000
 _COASTING_MS = 500
-_UPTIME_S = 4  # index in a STATUS
 _BANNER_S = 15
 
 
@@ -230,6 +238,6 @@ class Loop:
         values = parts.health.fill(parts.camera, parts.outbox, parts.decoder.counters)
         parts.outbox.status(m.STATUS, values)
         if parts.sentinel is not None:
-            parts.sentinel.settled(values[_UPTIME_S])
-        if parts.banner and values[_UPTIME_S] <= _BANNER_S:
+            parts.sentinel.settled(values[_STATUS_UPTIME_S])
+        if parts.banner and values[_STATUS_UPTIME_S] <= _BANNER_S:
             print(parts.banner)

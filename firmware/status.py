@@ -4,7 +4,39 @@ import gc
 
 import larics
 from larics.wire import messages as m
-from larics.wire.codec import fields
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+# generated: begin indices (tools/make_protocol.py)
+_STATUS_FIELDS = const(24)
+_STATUS_VERSION_MAJOR = const(0)
+_STATUS_VERSION_MINOR = const(1)
+_STATUS_VERSION_PATCH = const(2)
+_STATUS_BOOT = const(3)
+_STATUS_UPTIME_S = const(4)
+_STATUS_FRAMES = const(5)
+_STATUS_MISSED = const(6)
+_STATUS_DETECTIONS = const(7)
+_STATUS_REJECTS = const(8)
+_STATUS_DROPS = const(9)
+_STATUS_CRC_ERRORS = const(10)
+_STATUS_LINE_ERRORS = const(11)
+_STATUS_FAULTS = const(12)
+_STATUS_LAST_FAULT = const(13)
+_STATUS_ACTIVE_FAULTS = const(14)
+_STATUS_STATE = const(15)
+_STATUS_EXPOSURE_US = const(16)
+_STATUS_GAIN_CDB = const(17)
+_STATUS_GREY_MEAN = const(18)
+_STATUS_RATE_CHZ = const(19)
+_STATUS_FRAME_US = const(20)
+_STATUS_DETECT_US = const(21)
+_STATUS_LATENCY_US = const(22)
+_STATUS_FREE_BYTES = const(23)
+# generated: end indices
 
 VERSION = tuple(int(part) for part in larics.__version__.split("."))
 
@@ -24,7 +56,7 @@ class Status:
         self._boot = boot
         self._faults = faults
         self._clock = clock
-        self._values = [0] * len(fields(m.STATUS))
+        self._values = [0] * _STATUS_FIELDS
         self._free_bytes = 0
         self._until_heap = 0
         self._begin_second()
@@ -52,31 +84,33 @@ class Status:
         frames = self._second_frames
         second_us = max(1, self._clock.ticks_diff(self._clock.ticks_us(), self._second_us))
         faults = self._faults
-        values[0] = VERSION[0]
-        values[1] = VERSION[1]
-        values[2] = VERSION[2]
-        values[3] = self._boot
-        values[4] = (outbox.uptime.s + (outbox.uptime.us >= 500000)) & m.COUNT_MAX  # rounded: no 1, 1, 3
-        values[5] = self.frames
-        values[6] = self.missed
-        values[7] = self.detections
-        values[8] = self.rejects
-        values[9] = outbox.drops
-        values[10] = line.crc
-        values[11] = line.cobs + line.length + line.version + line.unknown
-        values[11] += line.over_long + line.out_of_range
-        values[12] = faults.total
-        values[13] = faults.last
-        values[14] = faults.active
-        values[15] = self.state
-        values[16] = camera.exposure()
-        values[17] = camera.gain()
-        values[18] = mean_grey(camera.frame)
-        values[19] = frames * 100000 // max(1, second_us // 1000)
-        values[20] = second_us // frames if frames else 0
-        values[21] = self._detect_us // frames if frames else 0
-        values[22] = outbox.worst_age_us
-        values[23] = self._free_bytes
+        values[_STATUS_VERSION_MAJOR] = VERSION[0]
+        values[_STATUS_VERSION_MINOR] = VERSION[1]
+        values[_STATUS_VERSION_PATCH] = VERSION[2]
+        values[_STATUS_BOOT] = self._boot
+        values[_STATUS_UPTIME_S] = (
+            outbox.uptime.s + (outbox.uptime.us >= 500000)
+        ) & m.COUNT_MAX  # rounded: no 1, 1, 3
+        values[_STATUS_FRAMES] = self.frames
+        values[_STATUS_MISSED] = self.missed
+        values[_STATUS_DETECTIONS] = self.detections
+        values[_STATUS_REJECTS] = self.rejects
+        values[_STATUS_DROPS] = outbox.drops
+        values[_STATUS_CRC_ERRORS] = line.crc
+        values[_STATUS_LINE_ERRORS] = line.cobs + line.length + line.version + line.unknown
+        values[_STATUS_LINE_ERRORS] += line.over_long + line.out_of_range
+        values[_STATUS_FAULTS] = faults.total
+        values[_STATUS_LAST_FAULT] = faults.last
+        values[_STATUS_ACTIVE_FAULTS] = faults.active
+        values[_STATUS_STATE] = self.state
+        values[_STATUS_EXPOSURE_US] = camera.exposure()
+        values[_STATUS_GAIN_CDB] = camera.gain()
+        values[_STATUS_GREY_MEAN] = mean_grey(camera.frame)
+        values[_STATUS_RATE_CHZ] = frames * 100000 // max(1, second_us // 1000)
+        values[_STATUS_FRAME_US] = second_us // frames if frames else 0
+        values[_STATUS_DETECT_US] = self._detect_us // frames if frames else 0
+        values[_STATUS_LATENCY_US] = outbox.worst_age_us
+        values[_STATUS_FREE_BYTES] = self._free_bytes
         outbox.worst_age_us = 0
         self._begin_second()
         return values

@@ -30,6 +30,7 @@ from larics.wire import messages as m
 from larics_host import cli
 from larics_host.calibration import mounting
 from larics_host.calibration.camera_model import model_of
+from larics_host.connection import records
 from larics_host.detection.batch import detect_all
 from larics_host.detection.options import DetectionOptions
 from larics_host.images.stills import encode_pgm
@@ -182,7 +183,7 @@ def serpentine(step_mm, rows=4, columns=5, spacing_mm=950):
 
 def marker_line(frame, index, count, marker_id, x_mm, y_mm, heading_deg, flags=0):
     """A MARKER message as larics log writes it."""
-    fields = dict.fromkeys((field[0] for field in protocol.fields(m.MARKER)), 0)
+    fields = dict.fromkeys(records.Marker._fields, 0)
     fields.update(frame=frame, index=index, count=count, id=marker_id, flags=flags, z_mm10=27500, margin=99)
     fields.update(
         x_mm10=round(10 * x_mm), y_mm10=round(10 * y_mm), heading_cdeg=round(100 * heading_deg) % 36000
@@ -288,26 +289,20 @@ def _peak_mib(pid):
 
 def log(folder):
     encoder = protocol.Encoder()
+    empty = {kind: kind(*[0] * len(kind._fields)) for kind in (records.Marker, records.Pose)}
     for minutes in (4, 60):
         path = folder / ("log%d.bin" % minutes)
         with open(path, "wb") as file:
             for k in range(minutes * 3600):
-                values = [
-                    k,
-                    8000,
-                    0,
-                    k // 500 % 7 + 1,
-                    0,
-                    1,
-                    k % 9000,
-                    -k % 9000,
-                    27500,
-                    k % 36000,
-                    200,
-                    7680,
-                ]
-                file.write(encoder.buffer[: encoder.encode(m.MARKER, values)])
-                pose = [k, 8000, 2, 3, k, k, 100, 10, 10, 1, 36000]
+                marker = empty[records.Marker]._replace(
+                    frame=k, age_us=8000, id=k // 500 % 7 + 1, count=1, x_mm10=k % 9000, y_mm10=-k % 9000,
+                    z_mm10=27500, heading_cdeg=k % 36000, margin=200, radius_q8=7680,
+                )  # fmt: skip
+                file.write(encoder.buffer[: encoder.encode(m.MARKER, marker)])
+                pose = empty[records.Pose]._replace(
+                    frame=k, age_us=8000, state=m.TRACKING, id=3, x_mm10=k, y_mm10=k, heading_cdeg=100,
+                    sigma_mm10=10, sigma_cdeg=10, route_position=1, next_cdeg=m.DIRECTION_NONE,
+                )  # fmt: skip
                 file.write(encoder.buffer[: encoder.encode(m.POSE, pose)])
         command = [sys.executable, "-m", "larics_host", "log", "--input", str(path), "--mcap", "--force"]
         process = subprocess.Popen([*command, "-o", str(folder / "again")], stdout=subprocess.DEVNULL)

@@ -1,12 +1,18 @@
-"""Writes what is derived from the wire's definition: the C library's tables and the tables of
-docs/wire.md and README.md.
+"""Writes what is derived from the wire's definition: the C library's tables, the tables of docs/wire.md and
+README.md, the indices of fields that the board's modules use, and the host's named records.
 
     python tools/make_protocol.py [--check]
 
 Each target has a part between "generated: begin" and "generated: end" that is replaced. With --check
 nothing is written and the exit code is 1 when something is stale.
+
+A module of shared/ or firmware/ that has such a part (INDICES) may use `_TYPE_FIELD`, the index of a field in
+a message's values (`_MARKER_AGE_US`), and `_TYPE_FIELDS`, how many it has. They are written where they are
+used, because MicroPython drops a `_NAME = const()` only within its module: there it costs no memory, and as
+much as a number.
 """
 
+import ast
 import pathlib
 import re
 import sys
@@ -18,28 +24,41 @@ from larics.device.outbox import Uptime  # noqa: E402
 from larics.settings import fields as setting_fields  # noqa: E402
 from larics.wire import codec as protocol  # noqa: E402
 from larics.wire import messages  # noqa: E402
-from larics.wire.mavlink import MavlinkEncoder  # noqa: E402
-from larics.wire.nmea import NmeaEncoder  # noqa: E402
 from larics_host import wire_names as codes  # noqa: E402
 
 HEADER = ROOT / "firmware" / "vehicle" / "src" / "larics.h"
 SOURCE = ROOT / "firmware" / "vehicle" / "src" / "larics.c"
 DOCUMENT = ROOT / "docs" / "wire.md"
 README = ROOT / "README.md"
+RECORDS = ROOT / "host" / "larics_host" / "connection" / "records.py"
+INDICES = "# generated: begin indices (tools/make_protocol.py)", "# generated: end indices"
 
 # a usual message of each kind, to tell how long it is in other encodings
 EXAMPLES = (
-    (messages.MARKER, (123456, 16650, 4, 3, 0, 1, 1234, -567, 25000, 9005, 200, 7745)),
-    (messages.POSE, (123456, 16650, 2, 3, -123456, 65432, 35999, 15, 120, 12, 27000)),
     (
-        messages.STATUS,
-        (
-            *(0, 1, 0, 1, 86400, 123456, 12, 123450, 123, 0, 0, 0, 0, 0, 0, 2),
-            *(5000, 600, 110, 6000, 16667, 9000, 25000, 123456),
-        ),
+        "MARKER",
+        {"frame": 123456, "age_us": 16650, "flags": messages.MARKER_TRACKED, "id": 3, "count": 1,
+         "x_mm10": 1234, "y_mm10": -567, "z_mm10": 25000, "heading_cdeg": 9005, "margin": 200,
+         "radius_q8": 7745},
     ),
+    (
+        "POSE",
+        {"frame": 123456, "age_us": 16650, "state": messages.TRACKING, "id": 3, "x_mm10": -123456,
+         "y_mm10": 65432, "heading_cdeg": 35999, "sigma_mm10": 15, "sigma_cdeg": 120, "route_position": 12,
+         "next_cdeg": 27000},
+    ),
+    (
+        "STATUS",
+        {"version_minor": 1, "boot": 1, "uptime_s": 86400, "frames": 123456, "missed": 12,
+         "detections": 123450, "rejects": 123, "state": messages.TRACKING, "exposure_us": 5000,
+         "gain_cdb": 600, "grey_mean": 110, "rate_chz": 6000, "frame_us": 16667, "detect_us": 9000,
+         "latency_us": 25000, "free_bytes": 123456},
+    ),
+)  # fmt: skip
+NOTHING_SEEN = (
+    "MARKER",
+    {"frame": 123457, "age_us": 16650, "flags": messages.MARKER_NONE, "id": messages.ID_NONE},
 )
-NOTHING_SEEN = (123457, 16650, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0)
 
 C_TYPES = {"B": "uint8_t", "H": "uint16_t", "I": "uint32_t", "i": "int32_t"}
 KINDS = {"B": "U8", "H": "U16", "I": "U30", "i": "I30"}
@@ -148,11 +167,22 @@ def overview():
     return table(("type", "name", "direction", "bytes on the line", "meaning"), rows)
 
 
+def examples(*named):
+    """[(type number, values)] of (name, {field: value}); what is not given is 0."""
+    found = []
+    for name, given in named:
+        number = messages.__dict__[name]
+        found.append((number, [given.get(field[0], 0) for field in protocol.fields(number)]))
+    return found
+
+
 def lines_of_text():
     """The EXAMPLES as NmeaEncoder writes them, and a frame without a marker."""
+    from larics.wire.nmea import NmeaEncoder  # by now with its indices written
+
     encoder = NmeaEncoder()
     lines = []
-    for number, values in (*EXAMPLES, (messages.MARKER, NOTHING_SEEN)):
+    for number, values in examples(*EXAMPLES, NOTHING_SEEN):
         size = encoder.encode(number, values)
         lines.append(bytes(encoder.buffer[:size]).decode())
     return lines
@@ -160,11 +190,13 @@ def lines_of_text():
 
 def rates():
     """Share of the line at 60 frames/s, ten bits a byte."""
+    from larics.wire.mavlink import MavlinkEncoder  # by now with its indices written
+
     size = protocol.frame_size
     marker, pose, status = size(messages.MARKER), size(messages.POSE), size(messages.STATUS)
     text = [len(line) for line in lines_of_text()]
     encoder = MavlinkEncoder(Uptime())
-    mavlink = [encoder.encode(number, values) for number, values in EXAMPLES]
+    mavlink = [encoder.encode(number, values) for number, values in examples(*EXAMPLES)]
     cases = (
         ("MARKER", marker * 60),
         ("MARKER, POSE, STATUS", (marker + pose) * 60 + status),
@@ -208,6 +240,59 @@ def document_parts():
     return parts
 
 
+def all_indices():
+    """{"_TYPE_FIELD": index, "_TYPE_FIELDS": how many}, in the order of the table."""
+    found = {}
+    for name, _, _, fields in messages.MESSAGES:
+        found["_%s_FIELDS" % name] = len(fields)
+        for index, field in enumerate(fields):
+            found["_%s_%s" % (name, field[0].upper())] = index
+    return found
+
+
+def indices_used(text):
+    """The lines of constants for those of `all_indices` that a module's text uses."""
+    used = {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}
+    return "\n".join("%s = const(%d)" % item for item in all_indices().items() if item[0] in used)
+
+
+def _without_part(text, begin, end):
+    head, _, rest = text.partition(begin)
+    return head + rest.partition(end)[2]
+
+
+def class_name(name):
+    """RAW_HEADER -> RawHeader."""
+    return "".join(word.capitalize() for word in name.split("_"))
+
+
+def record_classes():
+    """A NamedTuple for each message."""
+    blocks = []
+    for name, _, meaning, fields in messages.MESSAGES:
+        lines = ["class %s(NamedTuple):" % class_name(name), '    """%s."""' % capital(meaning), ""]
+        for field, code, unit, _, _, said in fields:
+            if re.fullmatch(r"value[1-9]", field):
+                lines.append("    %s: int" % field)
+                continue
+            kind = "str" if field in codes.TEXT_FIELDS else "bytes" if code[-1] == "s" else "int"
+            said += ", " + unit if unit else ""
+            if hasattr(tuple, field):
+                said = "type: ignore[assignment]  # " + said
+            lines.append("    %s: %s  # %s" % (field, kind, said))
+        if fields[-1][0] == "value%d" % (messages.SETTING_VALUES - 1):
+            first = len(fields) - messages.SETTING_VALUES
+            lines += ["", "    @property", "    def values(self) -> tuple[int, ...]:"]
+            lines += ['        """value0 and all after it."""', "        return self[%d:]" % first]
+        blocks.append("\n".join(lines))
+    rows = ["    messages.%s: %s," % (name, class_name(name)) for name, _, _, _ in messages.MESSAGES]
+    return "\n\n\n".join([*blocks, "RECORDS = {\n%s\n}" % "\n".join(rows)])
+
+
+def capital(text):
+    return text[0].upper() + text[1:]
+
+
 def replaced(text, content, begin, end):
     """`text` with what stands between the marks `begin` and `end` replaced by `content`."""
     head, mark, rest = text.partition(begin)
@@ -218,7 +303,12 @@ def replaced(text, content, begin, end):
 
 
 def targets():
-    """(path, new text) of every file that has a generated part."""
+    """(path, new text) of every file with a generated part; those that others are made with come first."""
+    for folder in ("shared", "firmware"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            text = path.read_text()
+            if INDICES[0] in text:
+                yield path, replaced(text, indices_used(_without_part(text, *INDICES)), *INDICES)
     begin, end = "/* generated: begin (tools/make_protocol.py) */", "/* generated: end */"
     yield HEADER, replaced(HEADER.read_text(), c_header(), begin, end)
     yield SOURCE, replaced(SOURCE.read_text(), c_tables(), begin, end)
@@ -229,17 +319,24 @@ def targets():
     yield DOCUMENT, text
     begin, end = "<!-- wire:begin -->", "<!-- wire:end -->"
     yield README, replaced(README.read_text(), "\n" + overview() + "\n", begin, end)
+    begin, end = "# generated: begin (tools/make_protocol.py)", "# generated: end"
+    yield RECORDS, replaced(RECORDS.read_text(), "\n\n" + record_classes() + "\n\n", begin, end)
 
 
 def main(arguments):
-    stale = [path for path, text in targets() if path.read_text() != text]
-    if "--check" in arguments:
-        for path in stale:
+    check = "--check" in arguments
+    stale = 0
+    for path, text in targets():
+        if path.read_text() == text:
+            continue
+        stale += 1
+        if check:
             print("stale: %s (run: python tools/make_protocol.py)" % path.relative_to(ROOT))
+        else:
+            path.write_text(text)
+    if check:
         return 1 if stale else 0
-    for path, text in list(targets()):
-        path.write_text(text)
-    print("%d file(s) changed" % len(stale))
+    print("%d file(s) changed" % stale)
     return 0
 
 

@@ -90,7 +90,7 @@ def run(frames, heap_bytes):
                 for message in receiver.feed(source.read(), time.monotonic() - start_s):
                     first_s = first_s or message.time_s
                     if message.name == "STATUS":
-                        statuses.append(dict(message.fields, time_s=message.time_s))
+                        statuses.append(dict(message.fields._asdict(), time_s=message.time_s))
                         log.write(json.dumps(statuses[-1]) + "\n")
         code = process.poll()
         process.kill()

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from larics.wire import messages as m
 
+TEXT_FIELDS = ("board",)  # of the byte fields, those that are text
+
 # (group, ((name, number, meaning), ...))
 ENUMS = (
     (

@@ -40,6 +40,18 @@ from larics.wire.messages import (
     TRACKING,
 )
 
+# generated: begin indices (tools/make_protocol.py)
+_MARKER_AGE_US = const(1)
+_MARKER_FLAGS = const(2)
+_MARKER_ID = const(3)
+_MARKER_X_MM10 = const(6)
+_MARKER_Y_MM10 = const(7)
+_MARKER_HEADING_CDEG = const(9)
+_POSE_STATE = const(2)
+_POSE_ROUTE_POSITION = const(9)
+_POSE_NEXT_CDEG = const(10)
+# generated: end indices
+
 HALT = const(0)
 SEARCH = const(1)
 CENTER = const(2)
@@ -125,23 +137,22 @@ class Approach:
             self._take_pose(values)
 
     def _take_marker(self, values):
-        """Fields: frame, age_us, flags, id, index, count, x, y, z, heading, margin, radius."""
-        self._frame_ms = age_ms = min(values[1] // 1000, 10000)
-        if values[2] & (MARKER_NONE | MARKER_NO_OFFSET) or values[3] == ID_NONE:
+        self._frame_ms = age_ms = min(values[_MARKER_AGE_US] // 1000, 10000)
+        if values[_MARKER_FLAGS] & (MARKER_NONE | MARKER_NO_OFFSET) or values[_MARKER_ID] == ID_NONE:
             return
-        marker_id = values[3]
-        if self._is_misread(marker_id, values[6], values[7]):
+        marker_id = values[_MARKER_ID]
+        if self._is_misread(marker_id, values[_MARKER_X_MM10], values[_MARKER_Y_MM10]):
             return
         if self._is_behind(marker_id):
             slot = self._behind
-        elif self._is_better(marker_id, abs(values[6]) + abs(values[7])):
+        elif self._is_better(marker_id, abs(values[_MARKER_X_MM10]) + abs(values[_MARKER_Y_MM10])):
             slot = self._target
         else:
             return
         slot[_ID] = marker_id
-        slot[_X] = _clamp(values[6], 100000)
-        slot[_Y] = _clamp(values[7], 100000)
-        slot[_HEADING] = values[9]
+        slot[_X] = _clamp(values[_MARKER_X_MM10], 100000)
+        slot[_Y] = _clamp(values[_MARKER_Y_MM10], 100000)
+        slot[_HEADING] = values[_MARKER_HEADING_CDEG]
         slot[_AGE_MS] = 0
         self._carry(slot, age_ms)
 
@@ -166,12 +177,12 @@ class Approach:
         return self.state != ALIGN and distance * 2 < abs(target[_X]) + abs(target[_Y])
 
     def _take_pose(self, values):
-        """Fields: frame, age_us, state, id, x, y, heading, sigma, sigma, route position, next."""
-        if values[2] != TRACKING:  # what is only predicted is not steered by: the wheels know better
-            return
-        self._end = values[9] != ROUTE_NONE and values[10] == DIRECTION_NONE
-        if values[10] != DIRECTION_NONE:
-            self._next_cdeg = values[10] - self.turn_cdeg_s * self._frame_ms // 1000
+        if values[_POSE_STATE] != TRACKING:
+            return  # what is only predicted is not steered by: the wheels know better
+        next_cdeg = values[_POSE_NEXT_CDEG]
+        self._end = values[_POSE_ROUTE_POSITION] != ROUTE_NONE and next_cdeg == DIRECTION_NONE
+        if next_cdeg != DIRECTION_NONE:
+            self._next_cdeg = next_cdeg - self.turn_cdeg_s * self._frame_ms // 1000
             self._next_ms = 0
 
     # ------------------------------------------------------------------ what the vehicle does

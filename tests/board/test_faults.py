@@ -8,11 +8,12 @@ from faults import Faults
 from larics.settings import VERSION, Settings
 from larics.wire import messages as m
 from settings_store import SettingsStore
+from wire_values import at
 
-FAULTS = 12  # indices in a STATUS
-LAST = 13
-ACTIVE = 14
-STATE = 15
+FAULTS = at(m.STATUS, "faults")
+LAST = at(m.STATUS, "last_fault")
+ACTIVE = at(m.STATUS, "active_faults")
+STATE = at(m.STATUS, "state")
 
 
 class Camera:
@@ -150,7 +151,7 @@ def test_line_that_takes_nothing_or_fails():
         steps(app, clock, 1500)
         assert app.faults.active == 0
         assert last_status(uart)[FAULTS] == total + 1 and last_status(uart)[LAST] == m.FAULT_UART_WRITE
-    frames = [values[0] for values in uart.of(m.MARKER)]
+    frames = [values[at(m.MARKER, "frame")] for values in uart.of(m.MARKER)]
     assert frames == sorted(frames)  # what waited too long was replaced by newer ones
     assert frames[-1] - frames[0] > len(frames) + 100
 

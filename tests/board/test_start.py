@@ -18,9 +18,10 @@ import safe_mode  # noqa: E402
 import start  # noqa: E402
 from larics import boards  # noqa: E402
 from larics.wire import messages as m  # noqa: E402
+from wire_values import at  # noqa: E402
 
 FLASH = "build/board_flash"
-ACTIVE = 14
+ACTIVE = at(m.STATUS, "active_faults")
 
 
 def fresh(arch="OMVRT1060 32768 SDRAM", keep_flash=False):
@@ -82,7 +83,8 @@ def test_the_program_starts_runs_and_feeds_the_watchdog():
     assert world.watchdog_ms == safe_mode.WATCHDOG_MS and world.fed == 40
     assert world.uart_arguments == (1, 115200)
     info = world.uart.of(m.INFO)[0]
-    assert bytes(info[8]).startswith(b"OpenMV RT1062") and bytes(info[9])[:6] == machine.unique_id()
+    assert bytes(info[at(m.INFO, "board")]).startswith(b"OpenMV RT1062")
+    assert bytes(info[at(m.INFO, "unique_id")])[:6] == machine.unique_id()
     assert len(world.uart.of(m.MARKER)) > 5
     assert statuses()[0][ACTIVE] == 1 << m.FAULT_SETTINGS_MISSING
 

@@ -13,6 +13,7 @@ from larics.wire.messages import (
 )
 from larics_vehicle import approach as a
 from larics_vehicle.approach import Approach
+from wire_values import message_values
 
 try:
     from micropython import heap_lock, heap_unlock
@@ -25,14 +26,17 @@ except ImportError:
 
 
 def marker(marker_id, x_mm10, y_mm10, heading_cdeg, age_us=0):
-    return [0, age_us, 0, marker_id, 0, 1, x_mm10, y_mm10, 30000, heading_cdeg % 36000, 255, 7680]
+    place = {"x_mm10": x_mm10, "y_mm10": y_mm10, "z_mm10": 30000, "heading_cdeg": heading_cdeg % 36000}
+    return message_values(MARKER, age_us=age_us, id=marker_id, count=1, margin=255, radius_q8=7680, **place)
 
 
 def pose(next_cdeg, position=0, state=TRACKING):
-    return [0, 0, state, 3, 0, 0, 0, 3, 2, position, next_cdeg]
+    return message_values(
+        POSE, state=state, id=3, sigma_mm10=3, sigma_cdeg=2, route_position=position, next_cdeg=next_cdeg
+    )
 
 
-NO_MARKER = [0, 0, MARKER_NONE, ID_NONE, 0, 0, 0, 0, 0, 0, 0, 0]
+NO_MARKER = message_values(MARKER, flags=MARKER_NONE, id=ID_NONE)
 
 
 def settle(controller, message, steps=100, number=MARKER):
@@ -53,7 +57,7 @@ def test_silence_halts_and_a_word_ends_it():
         assert controller.state == a.SEARCH, k  # up to twice stale_ms
     settle(controller, None, 60)
     assert controller.state == a.HALT and (controller.speed_mm_s, controller.turn_cdeg_s) == (0, 0)
-    assert settle(controller, [0] * 24, 2, STATUS).state == a.SEARCH
+    assert settle(controller, message_values(STATUS), 2, STATUS).state == a.SEARCH
 
 
 def test_a_hand_stops_it():

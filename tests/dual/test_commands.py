@@ -5,6 +5,7 @@ from larics.device.raw_frame import RawSender
 from larics.settings import FIELDS, Settings, field
 from larics.wire import codec as p
 from larics.wire import messages as m
+from wire_values import at, message_values, named
 
 BOOT = 4711
 
@@ -17,7 +18,8 @@ class Actions:
         self.frame = None
 
     def info(self, values):
-        values[2:] = [0, 1, 0, 360, 296, len(FIELDS), b"replay" + bytes(10), bytes(12)]
+        values[at(m.INFO, "width")], values[at(m.INFO, "height")] = 360, 296
+        values[at(m.INFO, "board")], values[at(m.INFO, "unique_id")] = b"replay" + bytes(10), bytes(12)
 
     def settings_changed(self, name):
         self.changed.append(name)
@@ -56,32 +58,38 @@ class Bench:
 
     def set(self, token, name, numbers, first=0, count=None):
         key = field(name).key
-        values = list(numbers[first : first + 8])
-        values += [0] * (8 - len(values))
-        return self.ask(m.SET_SETTING, token, key, first, len(numbers) if count is None else count, *values)
+        count = len(numbers) if count is None else count
+        values = message_values(m.SET_SETTING, token=token, key=key, first=first, count=count)
+        place = at(m.SET_SETTING, "value0")
+        part = numbers[first : first + m.SETTING_VALUES]
+        values[place : place + len(part)] = part
+        return self.ask(m.SET_SETTING, *values)
 
 
 def ack(token, command):
-    return (m.ACK, [token, command])
+    return (m.ACK, message_values(m.ACK, token=token, command=command))
 
 
 def nack(token, command, reason, detail=0):
-    return (m.NACK, [token, command, reason, detail])
+    return (m.NACK, message_values(m.NACK, token=token, command=command, reason=reason, detail=detail))
 
 
 def test_ping_and_info():
     bench = Bench()
     assert bench.ask(m.PING, 7) == [ack(7, m.PING)]
     (kind, values), answer = bench.ask(m.GET_INFO, 8)
-    assert kind == m.INFO and values[:2] == [8, BOOT] and values[5:7] == [360, 296]
+    info = named(m.INFO, values)
+    assert kind == m.INFO and (info["token"], info["boot"]) == (8, BOOT)
+    assert (info["width"], info["height"]) == (360, 296)
     assert answer == ack(8, m.GET_INFO)
     bench.commands.announce()
-    assert bench.answers()[0][1][:2] == [0, BOOT]
+    info = named(m.INFO, bench.answers()[0][1])
+    assert (info["token"], info["boot"]) == (0, BOOT)
 
 
 def test_measurements_are_no_commands():
     bench = Bench()
-    bench.commands.on_message(m.ACK, 0, [1, 2])
+    bench.commands.on_message(m.ACK, 0, message_values(m.ACK))
     assert bench.answers() == []
 
 
@@ -94,9 +102,11 @@ def test_get_every_setting():
         assert found.pop() == ack(token, m.GET_SETTING)
         numbers = []
         for kind, values in found:
-            assert kind == m.SETTING and values[:3] == [token, entry.key, len(numbers)]
-            numbers.extend(values[4:])
-        length = found[0][1][3]
+            part = named(kind, values)
+            assert kind == m.SETTING and (part["token"], part["key"]) == (token, entry.key)
+            assert part["first"] == len(numbers)
+            numbers.extend(values[at(m.SETTING, "value0") :])
+        length = named(m.SETTING, found[0][1])["count"]
         assert len(numbers) - length < 8 or length == 0
         assert entry.value(numbers[:length]) == getattr(bench.settings, entry.name)
     assert bench.ask(m.GET_SETTING, 9, 250) == [nack(9, m.GET_SETTING, m.NACK_UNKNOWN_KEY)]
@@ -110,8 +120,8 @@ def test_set_and_its_reasons():
     assert bench.set(2, "rate_divider", [0]) == [nack(2, m.SET_SETTING, m.NACK_RANGE, key)]
     assert bench.set(3, "rate_divider", [1, 2]) == [nack(3, m.SET_SETTING, m.NACK_LENGTH, key)]
     assert bench.set(4, "rate_divider", []) == [nack(4, m.SET_SETTING, m.NACK_LENGTH, key)]
-    assert bench.set(5, "baud", [99])[0][1][2] == m.NACK_RANGE
-    assert bench.set(6, "radius_min_px", [61])[0][1][2] == m.NACK_CONFLICT
+    assert bench.set(5, "baud", [99])[0][1][at(m.NACK, "reason")] == m.NACK_RANGE
+    assert bench.set(6, "radius_min_px", [61])[0][1][at(m.NACK, "reason")] == m.NACK_CONFLICT
     before = bench.settings.as_dict()
     for name, number in (("radius_max_px", 73), ("width", 80), ("line_mm10", 20), ("focal_q8", 5120)):
         bench.settings.update({"radius_min_px": 45} if name == "width" else {"radius_min_px": 10})
@@ -119,8 +129,8 @@ def test_set_and_its_reasons():
         assert answer == [nack(20 + field(name).key, m.SET_SETTING, m.NACK_CONFLICT, field(name).key)]
     bench.settings.update({"radius_min_px": 10})
     assert bench.settings.as_dict() == before
-    assert bench.set(7, "map", [1, 2, 3])[0][1][2] == m.NACK_LENGTH
-    unknown = bench.ask(m.SET_SETTING, 8, 250, 0, 1, *([0] * 8))
+    assert bench.set(7, "map", [1, 2, 3])[0][1][at(m.NACK, "reason")] == m.NACK_LENGTH
+    unknown = bench.ask(m.SET_SETTING, *message_values(m.SET_SETTING, token=8, key=250, count=1))
     assert unknown == [nack(8, m.SET_SETTING, m.NACK_UNKNOWN_KEY, 250)]
     assert bench.settings.rate_divider == 3 and bench.actions.changed == ["rate_divider"]
     assert bench.set(9, "output", [1]) == [ack(9, m.SET_SETTING)] and bench.settings.output == "nmea"
@@ -168,7 +178,7 @@ def test_restart_needs_the_current_boot_number():
 def test_a_flood_of_requests_is_bounded():
     bench = Bench()
     for token in range(100):
-        bench.commands.on_message(m.PING, 0, [token])
+        bench.commands.on_message(m.PING, 0, message_values(m.PING, token=token))
     assert len(bench.answers()) == 8 and bench.commands.dropped == 92
 
 
@@ -191,9 +201,12 @@ def test_a_raw_frame_in_chunks_that_can_be_asked_for_again():
     bench.actions.frame = (pixels, width, height, 99)
     assert bench.ask(m.GET_RAW, 2) == [ack(2, m.GET_RAW)]
     header, *chunks = _chunks(bench.raw)
-    assert header[0] == m.RAW_HEADER and header[1][:5] == [2, 99, width, height, 8]
-    assert [values[1] for _, values in chunks] == list(range(8))
-    assert b"".join([values[2] for _, values in chunks]) == bytes(pixels) + bytes(8 * 64 - len(pixels))
+    head = named(m.RAW_HEADER, header[1])
+    assert header[0] == m.RAW_HEADER and (head["token"], head["frame"], head["chunks"]) == (2, 99, 8)
+    assert (head["width"], head["height"]) == (width, height)
+    assert [values[at(m.RAW_CHUNK, "chunk")] for _, values in chunks] == list(range(8))
+    data = b"".join([values[at(m.RAW_CHUNK, "data")] for _, values in chunks])
+    assert data == bytes(pixels) + bytes(8 * 64 - len(pixels))
     assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 6, 2) == [ack(3, m.GET_RAW_AGAIN)]
     assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 6, 2) == [ack(3, m.GET_RAW_AGAIN)]
     assert [values for _, values in _chunks(bench.raw)] == [values for _, values in chunks[6:]]

@@ -8,6 +8,7 @@ from larics.wire import codec as p
 from larics.wire import messages as m
 from larics.wire.mavlink import MavlinkEncoder
 from larics.wire.nmea import LONGEST, NmeaEncoder
+from wire_values import at, changed, message_values
 
 try:
     from micropython import heap_lock, heap_unlock
@@ -18,9 +19,15 @@ except ImportError:
 
     heap_unlock = heap_lock
 
-MARKER = [7, 16650, 4, 3, 0, 1, 1234, -56, 25000, 9005, 200, 7745]
-NONE = [8, 100, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0]
-POSE = [7, 16650, 2, 3, -10000005, 20, 35999, 15, 120, 65535, 36000]
+MARKER = message_values(
+    m.MARKER, frame=7, age_us=16650, flags=m.MARKER_TRACKED, id=3, count=1, x_mm10=1234, y_mm10=-56,
+    z_mm10=25000, heading_cdeg=9005, margin=200, radius_q8=7745,
+)  # fmt: skip
+NONE = message_values(m.MARKER, frame=8, age_us=100, flags=m.MARKER_NONE, id=m.ID_NONE)
+POSE = message_values(
+    m.POSE, frame=7, age_us=16650, state=m.TRACKING, id=3, x_mm10=-10000005, y_mm10=20, heading_cdeg=35999,
+    sigma_mm10=15, sigma_cdeg=120, route_position=m.ROUTE_NONE, next_cdeg=m.DIRECTION_NONE,
+)  # fmt: skip
 
 
 def limits(number, which):
@@ -41,13 +48,13 @@ def test_lines_of_text():
     encoder = NmeaEncoder()
     assert text(encoder, m.MARKER, MARKER) == "PLRCM,7,16.6,4,3,0,1,123.4,-5.6,2500.0,90.05,200,30.2"
     assert text(encoder, m.MARKER, NONE) == "PLRCM,8,0.1,32,,0,0,,,,,,"
-    no_offset = MARKER[:2] + [64] + MARKER[3:]
+    no_offset = changed(m.MARKER, MARKER, flags=m.MARKER_NO_OFFSET)
     assert text(encoder, m.MARKER, no_offset) == "PLRCM,7,16.6,64,3,0,1,,,,90.05,200,30.2"
     assert text(encoder, m.POSE, POSE) == "PLRCP,7,16.6,T,3,-1000000.5,2.0,359.99,1.5,1.20,,"
-    full = POSE[:7] + [65535, 65535, 4, 5]
+    full = changed(m.POSE, POSE, sigma_mm10=65535, sigma_cdeg=65535, route_position=4, next_cdeg=5)
     assert text(encoder, m.POSE, full) == "PLRCP,7,16.6,T,3,-1000000.5,2.0,359.99,,,4,0.05"
-    status = list(range(1, 25))
-    status[15] = 1
+    status = list(range(1, 1 + len(p.fields(m.STATUS))))
+    status[at(m.STATUS, "state")] = 1
     assert text(encoder, m.STATUS, status) == (
         "PLRCS,1.2.3,5,6,7,8,9,10,11,12,13,14,15,C,17,0.18,19,0.20,21,22,23,24"
     )
@@ -60,9 +67,9 @@ def test_the_longest_lines_fit():
         for which in (3, 4):
             values = limits(number, which)
             if number == m.MARKER:
-                values[2] = values[3] = 0
+                values = changed(number, values, flags=0, id=0)
             if number == m.POSE:
-                values[9] = values[10] = 0
+                values = changed(number, values, route_position=0, next_cdeg=0)
             assert encoder.encode(number, values) <= LONGEST
 
 
@@ -95,9 +102,9 @@ def test_floats_are_those_of_struct():
 def test_mavlink_leaves_out_what_it_cannot_say():
     encoder = MavlinkEncoder(Uptime())
     for flag in (1, 2, 32, 64):
-        assert encoder.encode(m.MARKER, MARKER[:2] + [flag] + MARKER[3:]) == 0
+        assert encoder.encode(m.MARKER, changed(m.MARKER, MARKER, flags=flag)) == 0
     for state in (m.LOST, m.COASTING):
-        assert encoder.encode(m.POSE, POSE[:2] + [state] + POSE[3:]) == 0
+        assert encoder.encode(m.POSE, changed(m.POSE, POSE, state=state)) == 0
     assert encoder.encode(m.ACK, [1, 2]) == 0
     assert encoder.sequence == 0
     size = encoder.encode(m.MARKER, MARKER)
@@ -107,14 +114,11 @@ def test_mavlink_leaves_out_what_it_cannot_say():
 def test_nothing_is_allocated():
     uptime = Uptime()
     uptime.s = 100000000
-    status = [1] * 24
-    low = [limits(number, 3) for number in (m.MARKER, m.POSE)]
-    high = [limits(number, 4) for number in (m.MARKER, m.POSE)]
-    for values in (low[0], high[0]):
-        values[2] = 0
-    for values in (low[1], high[1]):
-        values[2] = m.TRACKING
-        values[7] = values[8] = 65534
+    status = [1] * len(p.fields(m.STATUS))
+    low, high = [], []
+    for limit, found in ((3, low), (4, high)):
+        pose = changed(m.POSE, limits(m.POSE, limit), state=m.TRACKING, sigma_mm10=65534, sigma_cdeg=65534)
+        found.extend([changed(m.MARKER, limits(m.MARKER, limit), flags=0), pose])
     pairs = (
         (m.MARKER, low[0]),
         (m.MARKER, high[0]),

@@ -4,6 +4,7 @@ from larics.device.outbox import Outbox
 from larics.device.raw_frame import RawSender
 from larics.wire import codec as p
 from larics.wire import messages as m
+from wire_values import changed, message_values, named
 
 try:
     from micropython import heap_lock, heap_unlock
@@ -55,7 +56,9 @@ class Line:
         """(type, when its last byte has been sent, values) of everything on the line."""
         found = []
         end_us = [0]
-        decoder = p.Decoder(lambda number, _, values: found.append((number, end_us[0], values[:6])))
+        decoder = p.Decoder(
+            lambda number, _, values: found.append((number, end_us[0], named(number, values)))
+        )
         for end_us[0], data in self.sent:
             decoder.feed(data, len(data))
         assert decoder.counters.messages == len(found) == len(self.sent)
@@ -70,20 +73,23 @@ def make(baud, line=None, **options):
     return line, outbox, answers, raw
 
 
-MARKER = [0, 1000, 0, 3, 0, 1, 100, -100, 25000, 9000, 200, 7680]
-POSE = [0, 1000, 2, 3, 100000, 200000, 9000, 20, 10, 1, 0]
+MARKER = message_values(
+    m.MARKER, age_us=1000, id=3, count=1, x_mm10=100, y_mm10=-100, z_mm10=25000, heading_cdeg=9000,
+    margin=200, radius_q8=7680,
+)  # fmt: skip
+POSE = message_values(
+    m.POSE, age_us=1000, state=m.TRACKING, id=3, x_mm10=100000, y_mm10=200000, route_position=1
+)
 
 
 def run(line, outbox, frames, polls=8, markers=1, frame_us=FRAME_US):
     """So many frames with a MARKER for each marker and a POSE, and `polls` polls between frames."""
-    marker, pose = list(MARKER), list(POSE)
     for frame in range(frames):
         start = line.now_us
-        marker[0] = pose[0] = frame
+        pose = changed(m.POSE, POSE, frame=frame)
         if outbox.begin():
             for index in range(markers):
-                marker[4], marker[5] = index, markers
-                outbox.add(m.MARKER, marker)
+                outbox.add(m.MARKER, changed(m.MARKER, MARKER, frame=frame, index=index, count=markers))
             outbox.add(m.POSE, pose)
             outbox.commit(line.now_us)
         for k in range(polls):
@@ -98,7 +104,7 @@ def test_a_fast_line_sends_every_frame():
         run(line, outbox, 60, polls)
         found = line.messages()
         assert [number for number, _, _ in found] == [m.MARKER, m.POSE] * 60
-        assert [values[0] for _, _, values in found] == [k // 2 for k in range(120)]
+        assert [values["frame"] for _, _, values in found] == [k // 2 for k in range(120)]
         assert outbox.drops == 0 and outbox.frames == 60
         assert outbox.uptime.us in range(59 * FRAME_US - FRAME_US, 60 * FRAME_US)
 
@@ -107,32 +113,36 @@ def test_on_a_slow_line_the_newest_wins_and_drops_are_counted():
     line, outbox, _, _ = make(9600)
     run(line, outbox, 120)
     found = line.messages()
-    frames = [values[0] for number, _, values in found if number == m.MARKER]
+    frames = [values["frame"] for number, _, values in found if number == m.MARKER]
     assert frames == sorted(set(frames))
     assert 20 <= len(frames) <= 30 and frames[-1] >= 112
     assert outbox.drops + outbox.frames in (119, 120)
     for number, end_us, values in found:
         if number != m.MARKER:
             continue
-        age_at_start = end_us - 40 * line.byte_us - values[0] * FRAME_US + 1000
-        assert abs(values[1] - age_at_start) <= 2 * line.byte_us  # told: the age at the start of sending
-        assert values[1] < 2 * FRAME_US + 17000
-    assert outbox.worst_age_us == max([values[1] for number, _, values in found if number == m.MARKER])
+        age_at_start = end_us - p.frame_size(number) * line.byte_us - values["frame"] * FRAME_US + 1000
+        assert (
+            abs(values["age_us"] - age_at_start) <= 2 * line.byte_us
+        )  # told: the age at the start of sending
+        assert values["age_us"] < 2 * FRAME_US + 17000
+    ages = [values["age_us"] for number, _, values in found if number == m.MARKER]
+    assert outbox.worst_age_us == max(ages)
 
 
 def test_a_line_slower_than_its_baud_rate_does_not_queue():
     slow = Line(9600)
     line, outbox, _, _ = make(115200, slow)
     run(line, outbox, 120)
-    ages = [values[1] for number, _, values in line.messages() if number == m.MARKER]
-    late = [end - values[0] * FRAME_US for number, end, values in line.messages() if number == m.MARKER]
+    found = [(end, values) for number, end, values in line.messages() if number == m.MARKER]
+    ages = [values["age_us"] for _, values in found]
+    late = [end - values["frame"] * FRAME_US for end, values in found]
     assert len(ages) > 10 and max(late) < 250000 and outbox.drops > 60
 
 
 def test_the_divider_leaves_frames_out_without_counting_drops():
     line, outbox, _, _ = make(115200, divider=3)
     run(line, outbox, 30)
-    frames = [values[0] for number, _, values in line.messages() if number == m.MARKER]
+    frames = [values["frame"] for number, _, values in line.messages() if number == m.MARKER]
     assert frames == list(range(0, 30, 3)) and outbox.drops == 0
 
 
@@ -157,12 +167,12 @@ def test_a_raw_frame_does_not_hold_up_markers():
         pixels = bytearray(64 * 300)
         raw.start(5, pixels, 64, 300, 0)
         run(line, outbox, 80, polls)
-        chunks = [values[1] for number, _, values in line.messages() if number == m.RAW_CHUNK]
+        chunks = [values["chunk"] for number, _, values in line.messages() if number == m.RAW_CHUNK]
         assert chunks == list(range(len(chunks))) and len(chunks) >= 15
         if baud == 921600:
             assert len(chunks) >= (79 if polls == 1 else 300)
-        without = {values[0]: end for number, end, values in quiet.messages() if number == m.MARKER}
-        with_raw = {values[0]: end for number, end, values in line.messages() if number == m.MARKER}
+        without = {values["frame"]: end for number, end, values in quiet.messages() if number == m.MARKER}
+        with_raw = {values["frame"]: end for number, end, values in line.messages() if number == m.MARKER}
         assert sorted(with_raw) == list(range(80)) and outbox.drops == 0
         for frame in with_raw:
             assert with_raw[frame] - without[frame] < FRAME_US

@@ -6,6 +6,7 @@ from binascii import crc32
 from larics.kernels import crc as kernel
 from larics.wire import codec as p
 from larics.wire import framing
+from wire_values import at, named
 
 try:
     from micropython import heap_lock, heap_unlock
@@ -15,6 +16,8 @@ except ImportError:
         pass
 
     heap_unlock = heap_lock
+
+X = at(p.MARKER, "x_mm10")
 
 
 class Sink:
@@ -133,11 +136,12 @@ def test_a_device_clamps_and_counts_instead():
     sink = Sink()
     encoder = p.Encoder(clamp=True)
     values = values_of(p.MARKER, lambda low, high: low)
-    values[6] = 2000000
-    values[9] = -1
+    values[X] = 2000000
+    values[at(p.MARKER, "heading_cdeg")] = -1
     sink.feed(bytes(encoder.buffer[: encoder.encode(p.MARKER, values)]))
     assert encoder.clamped == 2
-    assert sink.messages[0][2][6] == 1000000 and sink.messages[0][2][9] == 0
+    found = named(p.MARKER, sink.messages[0][2])
+    assert found["x_mm10"] == 1000000 and found["heading_cdeg"] == 0
 
 
 def test_any_chunking_gives_the_same():
@@ -328,7 +332,7 @@ def test_nothing_is_allocated_for_a_message():
     garbage = garbage + bytes([7] * 300) + b"\0\0" + frame_of(b"\x01\x3f\x00\x00") + b"\x05\x01\0"
 
     def work():
-        marker[6] = 2000000
+        marker[X] = 2000000
         for number, values in pairs:
             size = encoder.encode(number, values)
             decoder.feed(encoder.buffer, size)

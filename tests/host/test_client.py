@@ -12,6 +12,7 @@ from larics.wire import messages as m
 from larics.wire.codec import Decoder, Encoder
 from larics_host.connection.client import Client, NoAnswer, Refused
 from larics_host.errors import UserError
+from wire_values import at, message_values
 
 
 class Camera:
@@ -40,7 +41,9 @@ class Camera:
         self.line += self.hurt(bytes(buffer[:count]))
 
     def info(self, values):
-        values[2:] = [1, 2, 3, 40, 30, 9, b"replay".ljust(16, b"\0"), bytes(range(12))]
+        values[at(m.INFO, "width")], values[at(m.INFO, "height")] = 40, 30
+        values[at(m.INFO, "board")] = b"replay".ljust(16, b"\0")
+        values[at(m.INFO, "unique_id")] = bytes(range(12))
 
     def settings_changed(self, name):
         pass
@@ -69,7 +72,8 @@ class Camera:
     def read(self):
         self.now_us += 1000
         if self.now_us % 17000 == 0 and self.outbox.begin():
-            self.outbox.add(m.MARKER, [self.frame, 0, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0])
+            values = message_values(m.MARKER, frame=self.frame, flags=m.MARKER_NONE, id=m.ID_NONE)
+            self.outbox.add(m.MARKER, values)
             self.outbox.commit(self.now_us)
             self.frame += 1
         self.outbox.poll(self.now_us)
@@ -88,7 +92,8 @@ def test_every_command_over_a_line_that_loses_bytes(damage):
     client = camera.client(retries=20, on_message=lambda number, _, values: markers.append(number))
     client.ping()
     info = client.info()
-    assert info["board"] == "replay" and info["boot"] == 77 and info["unique_id"] == bytes(range(12))
+    assert (info.board, info.boot, info.unique_id) == ("replay", 77, bytes(range(12)))
+    assert (info.width, info.height) == (40, 30)
     route = [k % 7 + 1 for k in range(50)]
     client.set("route", route)
     assert camera.settings.route == route == client.get("route")

@@ -131,11 +131,11 @@ def test_both_interpreters_report_the_same_over_the_wire():
             assert firmware.line_errors == 0
     assert reports["micropython"] == reports["cpython"]
     poses = [values for number, values in reports["cpython"] if number == m.POSE]
-    assert [values[0] for values in poses] == list(range(6))
-    assert poses[-1][2] == m.TRACKING
+    assert [pose.frame for pose in poses] == list(range(6))
+    assert poses[-1].state == m.TRACKING
     true = shots[-1][2]
-    assert math.hypot(poses[-1][4] / 10 - true.x_mm, poses[-1][5] / 10 - true.y_mm) < 3
-    assert abs((poses[-1][6] / 100 - true.heading_deg + 180) % 360 - 180) < 0.3
+    assert math.hypot(poses[-1].x_mm10 / 10 - true.x_mm, poses[-1].y_mm10 / 10 - true.y_mm) < 3
+    assert abs((poses[-1].heading_cdeg / 100 - true.heading_deg + 180) % 360 - 180) < 0.3
 
 
 def test_a_firmware_that_cannot_start_says_why():

@@ -27,7 +27,7 @@ def interpreter():
 
 
 def run_dual(*modules, folder=DUAL):
-    search = ["shared", "firmware", str(folder), ".frozen"]
+    search = ["shared", "firmware", str(folder), str(DUAL), ".frozen"]
     return subprocess.run(
         [*interpreter(), str(DUAL / "run.py"), *modules],
         cwd=ROOT,

@@ -9,15 +9,18 @@ import time
 import numpy as np
 import pytest
 
+from larics.settings import field
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host.connection.byte_sources import ConnectionLost
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
+from larics_host.connection.records import Ack
 from larics_host.render import render_frame
 from tests.host.firmware_process import running_firmware, start_firmware
 from tests.host.test_dual import ROOT, interpreter
 from tests.host.test_log import wait_for_lines
+from wire_values import message_values
 
 FAST = ["--set", "baud=921600", "--set", "radius_min_px=25", "--set", "radius_max_px=36"]
 COUNT = 12
@@ -61,7 +64,7 @@ def of(messages, name):
 def lost_to_load(messages):
     """Frames that a busy machine did not process, or not send, because a newer one was there."""
     status = of(messages, "STATUS")[-1]
-    return status["missed"] + status["drops"]
+    return status.missed + status.drops
 
 
 def run(folder, *options):
@@ -77,37 +80,37 @@ def test_every_frame_is_reported_and_right(recording, method):
     folder, truths = recording
     messages, receiver = run(folder, "--fps", "20", "--set", "method=" + method)
     assert receiver.counters.gaps == receiver.counters.crc == 0
-    assert messages[0].name == "INFO" and messages[0].fields["board"] == "desk"
-    assert (messages[0].fields["width"], messages[0].fields["height"]) == (360, 296)
+    assert messages[0].name == "INFO" and messages[0].fields.board == "desk"
+    assert (messages[0].fields.width, messages[0].fields.height) == (360, 296)
     markers = of(messages, "MARKER")
     missed = lost_to_load(messages)
-    frames = {marker["frame"] for marker in markers}
+    frames = {marker.frame for marker in markers}
     assert len(frames) == COUNT - missed and missed <= 3 and max(frames) <= COUNT - 1
     right = 0
     for marker in markers:
-        truth = truths[marker["frame"]][0]
-        if marker["id"] == truth.id and not marker["flags"] & m.MARKER_NONE:
+        truth = truths[marker.frame][0]
+        if marker.id == truth.id and not marker.flags & m.MARKER_NONE:
             right += 1
-            image_deg = 90 - marker["heading_cdeg"] / 100
+            image_deg = 90 - marker.heading_cdeg / 100
             assert abs((image_deg - truth.heading_deg + 180) % 360 - 180) < 3
-            assert abs(marker["radius_q8"] / 256 - truth.radius_px) < 2
-            assert marker["flags"] & m.MARKER_NO_OFFSET
-        assert 0 < marker["age_us"] < 1000000
+            assert abs(marker.radius_q8 / 256 - truth.radius_px) < 2
+            assert marker.flags & m.MARKER_NO_OFFSET
+        assert 0 < marker.age_us < 1000000
     assert right >= len(frames) - 2
     status = of(messages, "STATUS")[-1]
-    assert status["frames"] == len(frames) + status["drops"] and status["faults"] == 0
-    assert 0 < status["detect_us"] < 500000 and status["grey_mean"] > 5 and status["free_bytes"] > 100000
+    assert status.frames == len(frames) + status.drops and status.faults == 0
+    assert 0 < status.detect_us < 500000 and status.grey_mean > 5 and status.free_bytes > 100000
 
 
 def test_a_calibrated_camera_reports_millimetres(recording, tmp_path):
     folder, _ = recording
     (tmp_path / "settings.json").write_text(json.dumps({"focal_q8": 600 * 256, "ceiling_mm10": 30000}))
     messages, _ = run(folder, "--settings", str(tmp_path / "settings.json"), "--fps", "20")
-    found = [marker for marker in of(messages, "MARKER") if not marker["flags"] & m.MARKER_NONE]
+    found = [marker for marker in of(messages, "MARKER") if not marker.flags & m.MARKER_NONE]
     assert found
     for marker in found:
-        assert not marker["flags"] & m.MARKER_NO_OFFSET and marker["z_mm10"] == 30000
-        assert abs(marker["x_mm10"]) < 8000 and abs(marker["y_mm10"]) < 10000
+        assert not marker.flags & m.MARKER_NO_OFFSET and marker.z_mm10 == 30000
+        assert abs(marker.x_mm10) < 8000 and abs(marker.y_mm10) < 10000
 
 
 def test_frames_without_a_marker_and_the_status_each_second(tmp_path):
@@ -117,11 +120,11 @@ def test_frames_without_a_marker_and_the_status_each_second(tmp_path):
         (tmp_path / ("f%d.pgm" % index)).write_bytes(b"P5\n320 240\n255\n" + pixels.tobytes())
     messages, _ = run(tmp_path, "--fps", "10", "--rounds", "9")
     markers = of(messages, "MARKER")
-    assert all(marker["flags"] == m.MARKER_NONE and marker["id"] == m.ID_NONE for marker in markers)
+    assert all(marker.flags == m.MARKER_NONE and marker.id == m.ID_NONE for marker in markers)
     assert len(markers) + lost_to_load(messages) == 27
-    uptimes = [status["uptime_s"] for status in of(messages, "STATUS")]
+    uptimes = [status.uptime_s for status in of(messages, "STATUS")]
     assert uptimes[:3] == [0, 1, 2]
-    assert of(messages, "STATUS")[-1]["state"] == m.LOST
+    assert of(messages, "STATUS")[-1].state == m.LOST
 
 
 def test_commands_are_answered_while_frames_go_on(recording):
@@ -133,32 +136,33 @@ def test_commands_are_answered_while_frames_go_on(recording):
 
     with running_firmware(folder, *FAST, "--fps", "30", "--rounds", "0") as (process, cable, source):
         messages, _ = receive(process, source, lambda message: message.name == "MARKER")
-        boot = of(messages, "INFO")[0]["boot"]
+        boot = of(messages, "INFO")[0].boot
         source.write(b"noise\0" + command(m.PING, 77))
         messages, _ = receive(process, source, lambda message: message.name == "ACK")
-        assert messages[-1].fields == {"token": 77, "command": m.PING}
-        source.write(command(m.SET_SETTING, 78, 42, 0, 1, 3, 0, 0, 0, 0, 0, 0, 0))  # rate_divider 3
+        assert messages[-1].fields == Ack(77, m.PING)
+        divider = message_values(m.SET_SETTING, token=78, key=field("rate_divider").key, count=1, value0=3)
+        source.write(command(m.SET_SETTING, *divider))
         receive(process, source, lambda message: message.name == "ACK")
         messages, _ = receive(process, source, lambda message: message.name == "STATUS")
-        frames = [marker["frame"] for marker in of(messages, "MARKER")][2:]
+        frames = [marker.frame for marker in of(messages, "MARKER")][2:]
         steps = [after - before for before, after in zip(frames, frames[1:], strict=False)]
         assert steps and min(steps) >= 3
         source.write(command(m.SAVE_SETTINGS, 79))
         messages, _ = receive(process, source, lambda message: message.name in ("ACK", "NACK"))
-        assert messages[-1].fields["reason"] == m.NACK_STORAGE  # nowhere to keep them
+        assert messages[-1].fields.reason == m.NACK_STORAGE  # nowhere to keep them
         source.write(command(m.GET_RAW, 80))
         messages, _ = receive(
-            process, source, lambda message: message.name == "RAW_CHUNK" and message.fields["chunk"] == 600
+            process, source, lambda message: message.name == "RAW_CHUNK" and message.fields.chunk == 600
         )
         header = of(messages, "RAW_HEADER")[0]
-        assert (header["width"], header["height"], header["chunks"]) == (360, 296, 1665)
+        assert (header.width, header.height, header.chunks) == (360, 296, 1665)
         assert of(messages, "MARKER")  # measurements go on between the chunks
         source.write(command(m.RESTART, 81, boot ^ 1))
         messages, _ = receive(process, source, lambda message: message.name == "NACK")
-        assert messages[-1].fields["reason"] == m.NACK_BOOT and process.poll() is None
+        assert messages[-1].fields.reason == m.NACK_BOOT and process.poll() is None
         source.write(command(m.RESTART, 82, boot))
         messages, _ = receive(process, source)
-        assert {"token": 82, "command": m.RESTART} in of(messages, "ACK")
+        assert Ack(82, m.RESTART) in of(messages, "ACK")
         assert process.wait(timeout=10) == 0
 
 

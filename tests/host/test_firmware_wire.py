@@ -82,7 +82,7 @@ def test_commands(recording):
         while m.MARKER not in kinds and time.monotonic() < end_s:
             client.decoder.feed(piece := source.read(), len(piece))
         info = client.info()
-        assert info["board"] == "desk" and (info["width"], info["height"]) == (360, 296)
+        assert info.board == "desk" and (info.width, info.height) == (360, 296)
         client.set("route", list(range(1, 21)))
         assert client.get("route") == list(range(1, 21))
         client.set("rate_divider", 2)

@@ -19,16 +19,22 @@ from larics_host.connection.receiver import Receiver
 from larics_host.logs.live_table import LiveTable, flag_text
 from larics_host.logs.log_reader import read_pieces
 from tests.host.test_dual import ROOT
+from wire_values import changed, message_values
 
 
 def marker_values(frame, marker_id=3, x_mm10=1234, flags=0):
-    return [frame, 8000, flags, marker_id, 0, 1, x_mm10, -567, 25000, 4550, 200, 7680]
+    place = {"x_mm10": x_mm10, "y_mm10": -567, "z_mm10": 25000, "heading_cdeg": 4550}
+    told = {"frame": frame, "age_us": 8000, "flags": flags, "id": marker_id, "count": 1}
+    return message_values(m.MARKER, margin=200, radius_q8=7680, **told, **place)
 
 
 def status_values(**changes):
-    values = {field[0]: 0 for field in protocol.fields(m.STATUS)}
-    values.update(changes)
-    return list(values.values())
+    return message_values(m.STATUS, **changes)
+
+
+def info_values(**changes):
+    given = {"boot": 1, "width": 320, "height": 240, "settings": 61, "board": b"desk".ljust(16, b"\0")}
+    return message_values(m.INFO, **{**given, **changes})
 
 
 def wire(*messages):
@@ -91,8 +97,7 @@ def test_a_recorded_file_becomes_csv_and_json_lines(tmp_path, capsys):
 
 
 def test_an_id_that_is_none_or_uncertain_is_null_and_comes_back(tmp_path):
-    unsure = marker_values(1)
-    unsure[2:4] = m.MARKER_ID_UNCERTAIN, m.ID_NONE
+    unsure = changed(m.MARKER, marker_values(1), flags=m.MARKER_ID_UNCERTAIN, id=m.ID_NONE)
     data = wire((m.MARKER, unsure), (m.MARKER, marker_values(2)))
     (tmp_path / "run.bin").write_bytes(data)
     assert cli.main(["log", "--input", str(tmp_path / "run.bin"), "-o", str(tmp_path / "out")]) == 0
@@ -183,12 +188,12 @@ def test_live_view_shows_measures_and_health():
     receiver = Receiver()
     view = LiveTable("/dev/x")
     encoder = protocol.Encoder()
-    count = encoder.encode(m.INFO, [0, 1, 0, 1, 0, 320, 240, 61, b"desk".ljust(16, b"\0"), bytes(12)])
+    count = encoder.encode(m.INFO, info_values())
     data = bytes(encoder.buffer[:count])
     data += wire(
         (m.MARKER, marker_values(7)),
-        (m.MARKER, marker_values(8, 255, 0, m.MARKER_NONE)),
-        (m.MARKER, marker_values(9, 255, 0, m.MARKER_ID_UNCERTAIN | m.MARKER_NO_OFFSET)),
+        (m.MARKER, marker_values(8, m.ID_NONE, 0, m.MARKER_NONE)),
+        (m.MARKER, marker_values(9, m.ID_NONE, 0, m.MARKER_ID_UNCERTAIN | m.MARKER_NO_OFFSET)),
         (
             m.STATUS,
             status_values(

@@ -10,6 +10,7 @@ import pytest
 
 from larics.wire import messages as m
 from larics.wire.codec import Decoder
+from wire_values import message_values
 
 mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
 
@@ -55,25 +56,38 @@ for frame in range(3):
     for _ in range(4):
         outbox.poll(now)
         now += 500000
-outbox.status(m.STATUS, [0, 1, 0] + [3] * 12 + [2] + [9] * 8)
+outbox.status(m.STATUS, %s)
 outbox.poll(now)
 """
 
+
+def marker(frame, **given):
+    return message_values(m.MARKER, frame=frame, age_us=20000, **given)
+
+
+def pose(frame, **given):
+    return message_values(m.POSE, frame=frame, age_us=20000, **given)
+
+
+NEAR = {"x_mm10": 123456, "y_mm10": -789, "heading_cdeg": 9000, "sigma_mm10": 15, "sigma_cdeg": 120}
+FAR = {"x_mm10": -m.COUNT_MAX, "y_mm10": m.COUNT_MAX, "heading_cdeg": 27000}
 MARKERS = [
-    [1, 20000, 4, 3, 0, 1, 1234, -567, 25000, 9005, 200, 7745],
-    [2, 20000, 32, 255, 0, 0, 0, 0, 0, 0, 0, 0],
-    [3, 20000, 0, 254, 0, 1, -1000000, 1000000, -1, 35999, 0, 1],
-]
+    marker(1, flags=m.MARKER_TRACKED, id=3, count=1, x_mm10=1234, y_mm10=-567, z_mm10=25000,
+           heading_cdeg=9005, margin=200, radius_q8=7745),
+    marker(2, flags=m.MARKER_NONE, id=m.ID_NONE),
+    marker(3, id=254, count=1, x_mm10=-1000000, y_mm10=1000000, z_mm10=-1, heading_cdeg=35999),
+]  # fmt: skip
 POSES = [
-    [1, 20000, 2, 3, 123456, -789, 9000, 15, 120, 65535, 36000],
-    [2, 20000, 1, 3, 123456, -789, 9000, 15, 120, 65535, 36000],
-    [3, 20000, 2, 3, -1073741823, 1073741823, 27000, 65535, 65535, 1, 1],
+    pose(1, state=m.TRACKING, id=3, **NEAR),
+    pose(2, state=m.COASTING, id=3, **NEAR),
+    pose(3, state=m.TRACKING, id=3, sigma_mm10=m.SIGMA_UNKNOWN, sigma_cdeg=m.SIGMA_UNKNOWN, **FAR),
 ]
+STATUS = message_values(m.STATUS, state=m.TRACKING)
 
 
 def device(kind):
     command = shlex.split(os.environ.get("MICROPYTHON", "")) or [str(ROOT / ".venv/bin/micropython")]
-    script = DEVICE % (kind, MARKERS, POSES)
+    script = DEVICE % (kind, MARKERS, POSES, STATUS)
     environment = dict(os.environ, MICROPYPATH="shared:.frozen")
     command = [*command, "-c", script]
     result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=60)

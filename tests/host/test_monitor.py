@@ -30,6 +30,7 @@ from tests.host.firmware_process import start_firmware
 from tests.host.plain_marker import plain_frame
 from tests.host.test_dual import ROOT
 from tests.host.test_log import marker_values, status_values, wire
+from wire_values import changed, message_values
 
 # a camera at which a ring of 30 px hangs 1.5 m above the lens
 CAMERA = {
@@ -43,7 +44,9 @@ MAP = [[5, 1000, 500, 9000, 0, 0], [3, 3000, 500, 0, 0, 0]]
 
 
 def pose_values(frame, state=m.TRACKING, x_mm10=10000, y_mm10=5000, heading_cdeg=9000):
-    return [frame, 5000, state, 3, x_mm10, y_mm10, heading_cdeg, 12, 7, 1, 4500]
+    place = {"x_mm10": x_mm10, "y_mm10": y_mm10, "heading_cdeg": heading_cdeg}
+    told = {"frame": frame, "age_us": 5000, "state": state, "id": 3, "sigma_mm10": 12, "sigma_cdeg": 7}
+    return message_values(m.POSE, route_position=1, next_cdeg=4500, **told, **place)
 
 
 def fed(*messages, step_s=0.02, **options):
@@ -66,7 +69,7 @@ def text_of(state, ended=None):
 def test_the_state_tells_the_newest_and_remembers_what_was():
     state = fed(
         *[(m.MARKER, marker_values(k, marker_id=3, x_mm10=100 * k)) for k in range(11)],
-        (m.MARKER, marker_values(11, 255, 0, m.MARKER_NONE)),
+        (m.MARKER, marker_values(11, m.ID_NONE, 0, m.MARKER_NONE)),
         (m.STATUS, status_values(state=m.LOST, faults=1, last_fault=m.FAULT_STORAGE)),
         (
             m.STATUS,
@@ -84,10 +87,8 @@ def test_the_state_tells_the_newest_and_remembers_what_was():
 
 
 def test_markers_of_a_frame_come_nearest_first():
-    far = marker_values(4, 2, 30000)
-    near = marker_values(4, 6, 100)
-    far[5] = near[5] = 2
-    near[4] = 1
+    far = changed(m.MARKER, marker_values(4, 2, 30000), count=2)
+    near = changed(m.MARKER, marker_values(4, 6, 100), count=2, index=1)
     shot = fed((m.MARKER, far), (m.MARKER, near)).snapshot()
     assert [marker["id"] for marker in shot["markers"]] == [6, 2]
     assert len(shot["points"]) == 1 and shot["points"][0][5] == 6

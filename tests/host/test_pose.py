@@ -12,6 +12,7 @@ from larics.wire.messages import COASTING, ID_NONE, LOST, MARKER, MARKER_NONE, T
 from larics_vehicle.approach import Approach
 from tests.host.camera_model import angle_difference, rotation
 from tests.host.small_int import Small
+from wire_values import message_values
 
 MARKERS = [(3, 0, 0, 90), (4, 2500, 0, 210), (7, 1250, 2165, 330), (5, 200, 900, 17)]
 
@@ -115,10 +116,12 @@ def test_the_reference_behaviour_drives_a_triangle():
             for i, m in seen:
                 x, y, _ = rotation("z", -then[2]) @ [m[0] - then[0], m[1] - then[1], 0]
                 heading = round((m[2] - then[2]) * 100) % 36000
-                place = [round(x * 10), round(y * 10), 30000, heading]
-                controller.on_message(MARKER, 0, [k, 50000, 0, i, 0, 1, *place, 255, 7680])
+                place = {"x_mm10": round(x * 10), "y_mm10": round(y * 10), "heading_cdeg": heading}
+                values = message_values(MARKER, frame=k, age_us=50000, id=i, count=1, margin=255, **place)
+                controller.on_message(MARKER, 0, values)
             if not seen:
-                controller.on_message(MARKER, 0, [k, 50000, MARKER_NONE, ID_NONE] + [0] * 8)
+                values = message_values(MARKER, frame=k, age_us=50000, flags=MARKER_NONE, id=ID_NONE)
+                controller.on_message(MARKER, 0, values)
         before = controller.state
         state = controller.step(17)
         states.add(state)

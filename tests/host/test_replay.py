@@ -20,9 +20,19 @@ from larics_host import cli
 from larics_host.connection import byte_sources
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver, wire_bytes
+from larics_host.connection.records import as_json
 from larics_host.logs.log_reader import Pacer, Piece, read_pieces
 from tests.host.test_dual import ROOT
-from tests.host.test_log import larics, marker_values, rows, status_values, wait_for_lines, wire, write_all
+from tests.host.test_log import (
+    info_values,
+    larics,
+    marker_values,
+    rows,
+    status_values,
+    wait_for_lines,
+    wire,
+    write_all,
+)
 from tests.host.test_monitor import firmware
 
 NOISE = b"\x07garbage\x00\x00"
@@ -35,7 +45,7 @@ def messages(count=20):
         number, values = (m.STATUS, status_values(frames=k)) if k % 5 == 4 else (m.MARKER, marker_values(k))
         data += bytes(encoder.buffer[: encoder.encode(number, values)])
         data += b"\x01\x02" if k == 7 else b""
-    info = [0, 1, 0, 1, 0, 320, 240, 61, b"desk".ljust(16, b"\0"), bytes(range(12))]
+    info = info_values(unique_id=bytes(range(12)))
     return data + bytes(encoder.buffer[: encoder.encode(m.INFO, info)])
 
 
@@ -105,7 +115,7 @@ def test_every_message_goes_to_json_and_back(data):
     encoder.sequence = data.draw(st.integers(0, 65535))
     sent = bytes(encoder.buffer[: encoder.encode(number, values)])
     (message,) = Receiver().feed(sent, 0.0)
-    fields = json.loads(json.dumps(message.fields))
+    fields = json.loads(json.dumps(as_json(message.fields)))
     assert wire_bytes(protocol.Encoder(), message.name, message.sequence, fields) == sent
 
 

@@ -10,6 +10,7 @@ from larics.wire.mavlink import MavlinkEncoder
 from larics.wire.nmea import NmeaEncoder
 from tests.host.small_int import Small
 from tools.vehicle_build import random_values
+from wire_values import at
 
 MEASURED = (m.MARKER, m.POSE, m.STATUS)
 
@@ -51,9 +52,9 @@ def test_text_and_mavlink():
         values = small(random_values(generator, number))
         text.encode(number, values)
         if number == m.MARKER:
-            values[2] = Small(0)
+            values[at(number, "flags")] = Small(0)
         if number == m.POSE:
-            values[2] = Small(m.TRACKING)
+            values[at(number, "state")] = Small(m.TRACKING)
         assert mavlink.encode(number, values) > 0
 
 

@@ -85,7 +85,7 @@ def _from_camera(args):
     def on_message(number, sequence, values):
         message = message_of(number, sequence, values, time.monotonic() - start_s)
         if number == MARKER and not reported:
-            reported.append(values[0])
+            reported.append(message.fields.frame)
         if recorder:
             recorder.write(message)
         else:

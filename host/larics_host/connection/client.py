@@ -21,7 +21,10 @@ from larics import settings as setting_rules
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import wire_names as codes
+from larics_host.connection.records import Ack, Info, Setting, record_of
 from larics_host.errors import UserError
+
+_ANSWERS = (m.ACK, m.NACK, m.INFO, m.SETTING, m.RAW_HEADER, m.RAW_CHUNK)
 
 if TYPE_CHECKING:
     from larics_host.annotations import Stream
@@ -84,13 +87,11 @@ class Client:
     def ping(self) -> None:
         self._request(m.PING)
 
-    def info(self) -> dict[str, Any]:
-        """The fields of INFO as a dict; board as text, unique_id as bytes."""
-        for values in self._request(m.GET_INFO):
-            if len(values) == len(protocol.fields(m.INFO)):
-                info = {field[0]: value for field, value in zip(protocol.fields(m.INFO), values, strict=True)}
-                info["board"] = info["board"].rstrip(b"\0").decode("ascii", "replace")
-                return info
+    def info(self) -> Info:
+        """The records.Info of the camera."""
+        for record in self._request(m.GET_INFO):
+            if isinstance(record, Info):
+                return record
         raise NoAnswer("the camera acknowledged, but its INFO was lost: try again")
 
     def get(self, name: str) -> Any:
@@ -99,10 +100,11 @@ class Client:
         for _ in range(self._retries):
             parts = {}
             length = 0
-            for values in self._request(m.GET_SETTING, field.key):
-                length = values[3]
-                for k, number in enumerate(values[4:]):
-                    parts[values[2] + k] = number
+            for record in self._request(m.GET_SETTING, field.key):
+                if isinstance(record, Setting):
+                    length = record.count
+                    for k, number in enumerate(record.values):
+                        parts[record.first + k] = number
             numbers = [parts[k] for k in range(length) if k in parts]
             if parts and len(numbers) == length:
                 return field.value(numbers)
@@ -128,7 +130,7 @@ class Client:
         self._request(m.SAVE_SETTINGS, timeout_s=max(2.0, self._timeout_s))
 
     def restart(self) -> None:
-        boot = self.info()["boot"]
+        boot = self.info().boot
         try:
             self._request(m.RESTART, boot)
         except Refused as error:
@@ -144,7 +146,7 @@ class Client:
         self._raw_token = token = self._next_token()
         self._request(m.GET_RAW, token=token, want_header=True)
         header = self._raw_header
-        total = header[4]
+        total = header.chunks
         known = len(self._raw_chunks)
         silent_s = 4 * self._timeout_s
         last = asked = self._clock()
@@ -161,11 +163,11 @@ class Client:
             elif now - asked > silent_s:
                 self._ask_again(token, total)
                 asked = self._clock()
-        width, height = header[2], header[3]
+        width, height = header.width, header.height
         pixels = b"".join(self._raw_chunks[k] for k in range(total))[: width * height]
-        if crc32(pixels) != header[5] | header[6] << 16:
+        if crc32(pixels) != header.crc_low | header.crc_high << 16:
             raise UserError("the raw frame arrived damaged: its checksum differs; try again")
-        return RawFrame(width, height, header[1], pixels)
+        return RawFrame(width, height, header.frame, pixels)
 
     def _ask_again(self, token, total):
         """Asks for the first run of chunks that is missing."""
@@ -186,7 +188,7 @@ class Client:
         return self._token
 
     def _request(self, command, *values, token=None, timeout_s=None, want_header=False):
-        """Sends a command until it is answered; returns the data messages that came before the ACK."""
+        """Sends a command until it is answered; returns the records that came before the ACK."""
         token = token or self._next_token()
         self._answer = None
         self._data = []
@@ -199,20 +201,21 @@ class Client:
                 end = self._clock() + (timeout_s or self._timeout_s)
                 while self._clock() < end:
                     self.poll()
-                    if self._answer and not (want_header and self._answer[0] and not self._raw_header):
+                    acknowledged = isinstance(self._answer, Ack)
+                    if self._answer and not (want_header and acknowledged and not self._raw_header):
                         return self._result(command)
         finally:
             self._waiting_for = None
         raise NoAnswer("no answer to %s after %d tries" % (protocol.name(command), self._retries))
 
     def _result(self, command):
-        acknowledged, reason, detail = self._answer
-        if acknowledged:
+        answer = self._answer
+        if isinstance(answer, Ack):
             return self._data
-        why = codes.name_of("NACK reason", reason)
-        field = setting_rules.field(detail) if detail else None
+        why = codes.name_of("NACK reason", answer.reason)
+        field = setting_rules.field(answer.detail) if answer.detail else None
         place = " for %s" % field.name if field else ""
-        raise Refused("the camera refused %s%s: %s" % (protocol.name(command), place, why), reason)
+        raise Refused("the camera refused %s%s: %s" % (protocol.name(command), place, why), answer.reason)
 
     def poll(self) -> None:
         """Reads once and hands on what came. NoAnswer at the end of the line."""
@@ -222,20 +225,24 @@ class Client:
         self.decoder.feed(data, len(data))
 
     def _arrived(self, number, sequence, values):
-        token = values[0]
+        if number not in _ANSWERS:
+            if self._on_message:
+                self._on_message(number, sequence, values)
+            return
+        record = record_of(number, values)
         expected = self._waiting_for
         if number in (m.ACK, m.NACK):
-            if expected == (token, values[1]):
-                self._answer = (True, 0, 0) if number == m.ACK else (False, values[2], values[3])
-        elif number in (m.INFO, m.SETTING) and expected and token == expected[0]:
-            self._data.append([bytes(v) if isinstance(v, bytearray) else v for v in values])
+            if expected == (record.token, record.command):
+                self._answer = record
         elif number == m.RAW_HEADER:
-            if token == self._raw_token:
-                self._raw_header = list(values)
+            if record.token == self._raw_token:
+                self._raw_header = record
         elif number == m.RAW_CHUNK:
-            if token == self._raw_token:
-                self._raw_chunks[values[1]] = bytes(values[2])
-        elif self._on_message:
+            if record.token == self._raw_token:
+                self._raw_chunks[record.chunk] = record.data
+        elif expected and record.token == expected[0]:
+            self._data.append(record)
+        elif self._on_message:  # INFO at start
             self._on_message(number, sequence, values)
 
 

@@ -7,36 +7,31 @@ from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
 from larics.wire import messages
+from larics_host import wire_names as codes
+from larics_host.connection.records import record_of
 
 if TYPE_CHECKING:
     from larics.wire.codec import Encoder
 
 
-_TEXT_FIELDS = ("board",)
-_NAMES = {number: [field[0] for field in fields] for _, number, _, fields in protocol.MESSAGES}
 _NUMBERS = {name: number for name, number, _, _ in protocol.MESSAGES}
 
 
 class Message:
-    """One received message: `name` ("MARKER"), `sequence`, `fields` (name: int, or text for byte fields) and
+    """One received message: `name` ("MARKER"), `sequence`, `fields` (a record of its type, see records) and
     `time_s`, when it was taken from the line."""
 
     __slots__ = ("name", "sequence", "fields", "time_s")
 
-    def __init__(self, name: str, sequence: int, fields: dict[str, Any], time_s: float) -> None:
+    def __init__(self, name: str, sequence: int, fields: Any, time_s: float) -> None:
         self.name = name
         self.sequence = sequence
         self.fields = fields
         self.time_s = time_s
 
 
-def readable(fields: dict[str, Any]) -> dict[str, Any]:
-    """Fields as logs show them: an ID that is none or uncertain is None, which nobody takes for a marker."""
-    return {**fields, "id": None} if fields.get("id") == messages.ID_NONE else fields
-
-
 def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any]) -> bytes:
-    """The bytes that carried a message: the inverse of what `Receiver` and `readable` make of them.
+    """The bytes that carried a message: the inverse of what `Receiver` and `records.as_json` make of them.
 
     Raises KeyError for an unknown name or a missing field, ValueError or TypeError for a wrong value."""
     number = _NUMBERS[name]
@@ -46,7 +41,7 @@ def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any
         if field == "id" and value is None:
             value = messages.ID_NONE
         if code.endswith("s"):
-            data = value.encode("ascii") if field in _TEXT_FIELDS else bytes.fromhex(value)
+            data = value.encode("ascii") if field in codes.TEXT_FIELDS else bytes.fromhex(value)
             value = data.ljust(int(code[:-1]), b"\0")
         values.append(value)
     encoder.sequence = sequence
@@ -55,13 +50,7 @@ def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any
 
 def message_of(number: int, sequence: int, values: Sequence[Any], time_s: float) -> Message:
     """The Message of what a Decoder hands out; copies what the decoder will reuse."""
-    fields = {}
-    for name, value in zip(_NAMES[number], values, strict=True):
-        if isinstance(value, bytearray):
-            data = bytes(value)
-            value = data.rstrip(b"\0").decode("ascii", "replace") if name in _TEXT_FIELDS else data.hex()
-        fields[name] = value
-    return Message(protocol.name(number), sequence, fields, time_s)
+    return Message(protocol.name(number), sequence, record_of(number, values), time_s)
 
 
 class Receiver:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from larics.wire import messages as m
 from larics.wire.codec import Decoder
+from larics_host.connection.records import record_of
 from larics_host.errors import UserError
 
 if TYPE_CHECKING:
@@ -103,14 +104,13 @@ class Firmware:
         return text.splitlines()[-1] if text else "no message"
 
     def _take(self, number, sequence, values):
-        self._messages.append((number, sequence, list(values)))
+        record = record_of(number, values)
+        self._messages.append((number, sequence, record))
         if number == m.POSE:
-            self._frame_reported = values[0]
+            self._frame_reported = record.frame
 
-    def exchange(
-        self, frame: np.ndarray, number: int, capture_us: int
-    ) -> list[tuple[int, int, Sequence[Any]]]:
-        """Gives the firmware a frame; returns its messages as (type, sequence, values), its POSE the last of
+    def exchange(self, frame: np.ndarray, number: int, capture_us: int) -> list[tuple[int, int, Any]]:
+        """Gives the firmware a frame; returns its messages as (type, sequence, record), its POSE the last of
         that frame. Raises UserError when the firmware stopped or does not answer."""
         height, width = frame.shape
         data = HEADER.pack(MAGIC, width, height, number, capture_us & m.COUNT_MAX) + frame.tobytes()

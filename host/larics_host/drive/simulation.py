@@ -127,9 +127,8 @@ class Simulation:
         size = (field_.camera.width, field_.camera.height)
         self._methods = {name: make_detector(name, *size, (low, high)) for name in compare}
         self._firmware = (dict(field_.settings, method=driver), interpreter)
-        self._waiting: list[
-            tuple[float, int, int, Sequence[Any]]
-        ] = []  # (time of arrival, type, sequence, values)
+        # (time of arrival, type, sequence, record)
+        self._waiting: list[tuple[float, int, int, Any]] = []
 
     def run(self, on_frame: Callable[[Record], object] | None = None) -> Record:
         """The whole drive; on_frame is called with the Record after each frame."""
@@ -165,8 +164,8 @@ class Simulation:
 
     def _control(self, now_s):
         while self._waiting and self._waiting[0][0] <= now_s:
-            _, number, sequence, values = self._waiting.pop(0)
-            self.controller.on_message(number, sequence, values)
+            _, number, sequence, record = self._waiting.pop(0)
+            self.controller.on_message(number, sequence, record)
         before = self.controller.state
         state = self.controller.step(int(1000 * STEP_S * _CONTROL_STEPS))
         if state != before:
@@ -186,21 +185,21 @@ class Simulation:
         messages = firmware.exchange(picture, index, int(now_s * 1e6))
         arrives_s = now_s + LATENCY_S
         reported = None
-        for number, sequence, values in messages:
+        for number, sequence, record in messages:
             arrives_s += frame_size(number) * 10 / BAUD
-            self._waiting.append((arrives_s, number, sequence, values))
+            self._waiting.append((arrives_s, number, sequence, record))
             if number == m.POSE:
-                reported = values
+                reported = record
             elif number == m.MARKER:
-                self.record.ages_us.append(values[1])
+                self.record.ages_us.append(record.age_us)
             elif number == m.STATUS:
-                self.record.faults = values[12]
-                self.record.fault_codes.update(code for code in (values[13],) if code)
+                self.record.faults = record.faults
+                self.record.fault_codes.update(code for code in (record.last_fault,) if code)
         truths = [truth for truth in truths if truth.id is not None]
         frame = self._frame(now_s, pose, truths, reported)
-        told = [values for number, _, values in messages if number == m.MARKER]
+        told = [record for number, _, record in messages if number == m.MARKER]
         frame.sights["wire"] = judge(
-            [(values[3], values[6] / 10, values[7] / 10) for values in told if not values[2] & m.MARKER_NONE],
+            [(one.id, one.x_mm10 / 10, one.y_mm10 / 10) for one in told if not one.flags & m.MARKER_NONE],
             [(t.id, t.offset_x_mm, t.offset_y_mm, self._is_whole(t)) for t in truths],
             _REACH_MM,
         )
@@ -225,10 +224,10 @@ class Simulation:
         return inside and truth.visible >= _WHOLE
 
     def _frame(self, now_s, pose, truths, reported):
-        found = reported[4] / 10, reported[5] / 10, reported[6] / 100
+        found = reported.x_mm10 / 10, reported.y_mm10 / 10, reported.heading_cdeg / 100
         true = (pose.x_mm, pose.y_mm, pose.heading_deg)
         for truth in truths:  # a rolling shutter exposes the marker before or after the frame's middle
-            if reported[2] == m.TRACKING and truth.id == reported[3]:
+            if reported.state == m.TRACKING and truth.id == reported.id:
                 true = (truth.vehicle_x_mm, truth.vehicle_y_mm, truth.vehicle_heading_deg)
         error = (
             float(np.hypot(found[0] - true[0], found[1] - true[1])),
@@ -241,12 +240,12 @@ class Simulation:
             pose.y_mm,
             pose.heading_deg,
             whole,
-            reported[2],
+            reported.state,
             found,
             error,
-            reported[7] / 10,
-            reported[3],
-            reported[9],
+            reported.sigma_mm10 / 10,
+            reported.id,
+            reported.route_position,
             self.controller.state,
         )
 

@@ -37,20 +37,20 @@ def fault_text(active: int, last: int) -> str:
 def marker_row(message: Message) -> list[str]:
     """A MARKER message as texts: frame, time, ID, x, y, z, heading, margin, age, notes."""
     fields = message.fields
-    if fields["flags"] & m.MARKER_NONE:
+    if fields.flags & m.MARKER_NONE:
         measures = ["-"] * 6
     else:
-        offsets = [fields[name] / 10 for name in ("x_mm10", "y_mm10", "z_mm10")]
-        known = not fields["flags"] & m.MARKER_NO_OFFSET
-        measures = ["?" if fields["id"] == m.ID_NONE else str(fields["id"])]
+        offsets = [value / 10 for value in (fields.x_mm10, fields.y_mm10, fields.z_mm10)]
+        known = not fields.flags & m.MARKER_NO_OFFSET
+        measures = ["?" if fields.id == m.ID_NONE else str(fields.id)]
         measures += ["%.1f" % offset if known else "?" for offset in offsets]
-        measures += ["%.2f" % (fields["heading_cdeg"] / 100), str(fields["margin"])]
+        measures += ["%.2f" % (fields.heading_cdeg / 100), str(fields.margin)]
     return [
-        str(fields["frame"]),
+        str(fields.frame),
         "%.3f" % message.time_s,
         *measures,
-        "%.1f" % (fields["age_us"] / 1000),
-        flag_text(fields["flags"]),
+        "%.1f" % (fields.age_us / 1000),
+        flag_text(fields.flags),
     ]
 
 
@@ -88,18 +88,19 @@ class LiveTable:
 
     def _lines(self, counters):
         lines = []
-        if self._info:
-            lines.append("board %(board)s, frames of %(width)dx%(height)d px" % self._info)
+        info = self._info
+        if info:
+            lines.append("board %s, frames of %dx%d px" % (info.board, info.width, info.height))
         if self._pose:
             pose = self._pose
             lines.append(
                 "pose %s: x %.1f mm, y %.1f mm, heading %.2f deg, %.0f ms old"
                 % (
-                    STATES[pose["state"]],
-                    pose["x_mm10"] / 10,
-                    pose["y_mm10"] / 10,
-                    pose["heading_cdeg"] / 100,
-                    pose["age_us"] / 1000,
+                    STATES[pose.state],
+                    pose.x_mm10 / 10,
+                    pose.y_mm10 / 10,
+                    pose.heading_cdeg / 100,
+                    pose.age_us / 1000,
                 )
             )
         if self._status:
@@ -107,22 +108,22 @@ class LiveTable:
             lines.append(
                 "%s, %.1f frames/s, detection %.1f ms, latency %.1f ms, exposure %.1f ms, gain %.1f dB"
                 % (
-                    STATES[status["state"]],
-                    status["rate_chz"] / 100,
-                    status["detect_us"] / 1000,
-                    status["latency_us"] / 1000,
-                    status["exposure_us"] / 1000,
-                    status["gain_cdb"] / 100,
+                    STATES[status.state],
+                    status.rate_chz / 100,
+                    status.detect_us / 1000,
+                    status.latency_us / 1000,
+                    status.exposure_us / 1000,
+                    status.gain_cdb / 100,
                 )
             )
             lines.append(
                 "up %d s, missed %d, dropped %d, faults %d (%s)"
                 % (
-                    status["uptime_s"],
-                    status["missed"],
-                    status["drops"],
-                    status["faults"],
-                    fault_text(status["active_faults"], status["last_fault"]),
+                    status.uptime_s,
+                    status.missed,
+                    status.drops,
+                    status.faults,
+                    fault_text(status.active_faults, status.last_fault),
                 )
             )
         lines.append("received %d, lost %d, damaged %d" % reception(counters))

@@ -8,8 +8,7 @@ import os
 import time
 from typing import TYPE_CHECKING, Any
 
-from larics.wire import codec as protocol
-from larics_host.connection.receiver import readable
+from larics_host.connection.records import Marker, as_json
 from larics_host.errors import UserError
 from larics_host.logs.mcap_log import McapLog, writer_class
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from larics_host.connection.receiver import Message
 
 
-MARKER_COLUMNS = [field[0] for field in protocol.fields(protocol.MARKER)]
+MARKER_COLUMNS = Marker._fields
 
 
 class Recorder:
@@ -62,7 +61,7 @@ class Recorder:
     def write(self, message: Message) -> None:
         """Writes one Message. OSError when the disk is full."""
         record = {"time_s": round(message.time_s, 6), "message": message.name, "sequence": message.sequence}
-        fields = readable(message.fields)
+        fields = as_json(message.fields)
         record.update(fields)
         self._open[1].write(json.dumps(record) + "\n")
         if message.name == "MARKER":

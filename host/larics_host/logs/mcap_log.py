@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
+from larics_host.connection.records import as_json
 from larics_host.errors import UserError
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ _NS = 1_000_000_000
 
 def schema(number: int) -> dict[str, Any]:
     """The JSON schema of a message type, with range, unit and meaning of each field."""
-    properties = {
+    properties: dict[str, dict[str, Any]] = {
         "time_s": {"type": "number", "description": "when it was received, seconds since the log began"}
     }
     for name, code, unit, low, high, meaning in protocol.fields(number):
@@ -26,7 +27,8 @@ def schema(number: int) -> dict[str, Any]:
             properties[name] = {"type": "string", "description": meaning}
             continue
         text = "%s [%s]" % (meaning, unit) if unit else meaning
-        properties[name] = {"type": "integer", "minimum": low, "maximum": high, "description": text}
+        kind = ["integer", "null"] if name == "id" else "integer"
+        properties[name] = {"type": kind, "minimum": low, "maximum": high, "description": text}
     return {"title": "larics." + protocol.name(number), "type": "object", "properties": properties}
 
 
@@ -62,8 +64,8 @@ class McapLog:
         """Adds a receiver.Message; its publish time is that of the measurement where it has an age."""
         channel = self._channels.get(message.name) or self._channel(message.name)
         received_ns = self._start_ns + round(message.time_s * _NS)
-        data = json.dumps({"time_s": round(message.time_s, 6), **message.fields}).encode()
-        measured_ns = received_ns - 1000 * message.fields.get("age_us", 0)
+        data = json.dumps({"time_s": round(message.time_s, 6), **as_json(message.fields)}).encode()
+        measured_ns = received_ns - 1000 * getattr(message.fields, "age_us", 0)
         self._writer.add_message(channel, received_ns, data, max(0, measured_ns), message.sequence)
         self._file.flush()
 

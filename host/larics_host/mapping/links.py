@@ -86,11 +86,11 @@ def read_frames(path: StrPath) -> Iterator[tuple[int, list[Sighting]]]:
             if message.name != "MARKER":
                 continue
             fields = message.fields
-            if fields["frame"] != frame:
+            if fields.frame != frame:
                 if frame is not None:
                     yield frame, sightings
-                frame, sightings = fields["frame"], []
-            uncalibrated |= bool(fields["flags"] & m.MARKER_NO_OFFSET)
+                frame, sightings = fields.frame, []
+            uncalibrated |= bool(fields.flags & m.MARKER_NO_OFFSET)
             sighting = _sighting(fields)
             if sighting:
                 sightings.append(sighting)
@@ -103,10 +103,10 @@ def read_frames(path: StrPath) -> Iterator[tuple[int, list[Sighting]]]:
 
 def _sighting(fields):
     unusable = m.MARKER_NONE | m.MARKER_NO_OFFSET | m.MARKER_ID_UNCERTAIN | m.MARKER_UNCONFIRMED
-    if fields["flags"] & unusable or fields["id"] == m.ID_NONE:
+    if fields.flags & unusable or fields.id == m.ID_NONE:
         return None
-    lengths = (fields[name] / 10 for name in ("x_mm10", "y_mm10"))
-    return Sighting(fields["id"], *lengths, fields["heading_cdeg"] / 100, fields["z_mm10"] / 10)
+    x_mm, y_mm, z_mm = fields.x_mm10 / 10, fields.y_mm10 / 10, fields.z_mm10 / 10
+    return Sighting(fields.id, x_mm, y_mm, fields.heading_cdeg / 100, z_mm)
 
 
 def turn(x: float, y: float, angle_deg: float) -> tuple[float, float]:

@@ -92,7 +92,7 @@ class Session:
         try:
             info = self._client.info()
             with self.lock:
-                self.state.info = dict(info, unique_id=info["unique_id"].hex())
+                self.state.info = info
             self._settings = {name: self._client.get(name) for name in _DETECTOR_SETTINGS}
             rows = self._client.get("map")
             with self.lock:

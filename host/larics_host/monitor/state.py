@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from larics.wire import messages as m
 from larics_host import wire_names as codes
+from larics_host.connection.records import as_json
 from larics_host.logs.live_table import STATES, flag_text, reception
 
 if TYPE_CHECKING:
@@ -64,22 +65,22 @@ class MonitorState:
             handler(message.fields, message.time_s)
 
     def _add_info(self, fields, time_s):
-        if self.info and self.info["boot"] != fields["boot"]:
+        if self.info and self.info.boot != fields.boot:
             self.events.append((time_s, "the camera has restarted"))
         self.info = fields
 
     def _add_marker(self, fields, time_s):
-        if fields["frame"] != self.frame:
-            self.frame = fields["frame"]
+        if fields.frame != self.frame:
+            self.frame = fields.frame
             self.frames += 1
             self.markers = []
             self._arrivals.append(time_s)
             while self._arrivals[0] < time_s - _RATE_S:
                 self._arrivals.popleft()
-        if not fields["flags"] & m.MARKER_NONE:
+        if not fields.flags & m.MARKER_NONE:
             self.markers.append(_shown(fields, time_s))
             self.markers.sort(key=_distance)
-        if fields["index"] + 1 >= fields["count"]:
+        if fields.index + 1 >= fields.count:
             self._number += 1
             first = self.markers[0] if self.markers else None
             values = [first[key] for key in ("x_mm", "y_mm", "heading_deg", "id")] if first else [None] * 4
@@ -87,24 +88,24 @@ class MonitorState:
 
     def _add_pose(self, fields, time_s):
         self.pose = {
-            "state": STATES[fields["state"]],
-            "x_mm": fields["x_mm10"] / 10,
-            "y_mm": fields["y_mm10"] / 10,
-            "heading_deg": fields["heading_cdeg"] / 100,
-            "sigma_mm": None if fields["sigma_mm10"] == m.SIGMA_UNKNOWN else fields["sigma_mm10"] / 10,
-            "sigma_deg": None if fields["sigma_cdeg"] == m.SIGMA_UNKNOWN else fields["sigma_cdeg"] / 100,
-            "id": None if fields["id"] == m.ID_NONE else fields["id"],
-            "age_ms": fields["age_us"] / 1000,
-            "route": None if fields["route_position"] == m.ROUTE_NONE else fields["route_position"],
-            "next_deg": None if fields["next_cdeg"] == m.DIRECTION_NONE else fields["next_cdeg"] / 100,
+            "state": STATES[fields.state],
+            "x_mm": fields.x_mm10 / 10,
+            "y_mm": fields.y_mm10 / 10,
+            "heading_deg": fields.heading_cdeg / 100,
+            "sigma_mm": None if fields.sigma_mm10 == m.SIGMA_UNKNOWN else fields.sigma_mm10 / 10,
+            "sigma_deg": None if fields.sigma_cdeg == m.SIGMA_UNKNOWN else fields.sigma_cdeg / 100,
+            "id": None if fields.id == m.ID_NONE else fields.id,
+            "age_ms": fields.age_us / 1000,
+            "route": None if fields.route_position == m.ROUTE_NONE else fields.route_position,
+            "next_deg": None if fields.next_cdeg == m.DIRECTION_NONE else fields.next_cdeg / 100,
         }
         self._note_state(self.pose["state"], time_s)
-        if fields["state"] == m.LOST:
+        if fields.state == m.LOST:
             return
         self._number += 1
         place = [self.pose[key] for key in ("x_mm", "y_mm", "heading_deg", "state")]
         self.trail.append((self._number, *place))
-        if fields["state"] == m.TRACKING and fields["frame"] == self.frame:
+        if fields.state == m.TRACKING and fields.frame == self.frame:
             for marker in self.markers:
                 self._learn(marker)
 
@@ -126,10 +127,10 @@ class MonitorState:
     def _add_status(self, fields, time_s):
         self.status = fields
         if self.pose is None:
-            self._note_state(STATES[fields["state"]], time_s)
-        if self._fault_count is not None and fields["faults"] != self._fault_count:
-            self.events.append((time_s, "fault: " + codes.name_of("Fault", fields["last_fault"])))
-        self._fault_count = fields["faults"]
+            self._note_state(STATES[fields.state], time_s)
+        if self._fault_count is not None and fields.faults != self._fault_count:
+            self.events.append((time_s, "fault: " + codes.name_of("Fault", fields.last_fault)))
+        self._fault_count = fields.faults
 
     def _note_state(self, state, time_s):
         if state != self._state:
@@ -149,7 +150,7 @@ class MonitorState:
 
     def faults(self) -> list[str]:
         """Names of the faults that last."""
-        active = self.status["active_faults"] if self.status else 0
+        active = self.status.active_faults if self.status else 0
         return [codes.name_of("Fault", bit) for bit in range(active.bit_length()) if active >> bit & 1]
 
     def snapshot(self, after: int = 0) -> dict[str, Any]:
@@ -159,8 +160,8 @@ class MonitorState:
             "source": self.source,
             "time_s": round(self.now_s, 3),
             "state": self.state,
-            "info": self.info,
-            "status": self.status,
+            "info": as_json(self.info) if self.info else None,
+            "status": as_json(self.status) if self.status else None,
             "pose": self.pose,
             "markers": self.markers,
             "frame": self.frame,
@@ -177,17 +178,17 @@ class MonitorState:
 
 
 def _shown(fields, time_s):
-    known = not fields["flags"] & m.MARKER_NO_OFFSET
+    known = not fields.flags & m.MARKER_NO_OFFSET
     return {
-        "id": None if fields["id"] == m.ID_NONE else fields["id"],
-        "x_mm": fields["x_mm10"] / 10 if known else None,
-        "y_mm": fields["y_mm10"] / 10 if known else None,
-        "z_mm": fields["z_mm10"] / 10 if known else None,
-        "heading_deg": fields["heading_cdeg"] / 100,
-        "margin": fields["margin"],
-        "radius_px": round(fields["radius_q8"] / 256, 2),
-        "age_ms": fields["age_us"] / 1000,
-        "flags": flag_text(fields["flags"]),
+        "id": None if fields.id == m.ID_NONE else fields.id,
+        "x_mm": fields.x_mm10 / 10 if known else None,
+        "y_mm": fields.y_mm10 / 10 if known else None,
+        "z_mm": fields.z_mm10 / 10 if known else None,
+        "heading_deg": fields.heading_cdeg / 100,
+        "margin": fields.margin,
+        "radius_px": round(fields.radius_q8 / 256, 2),
+        "age_ms": fields.age_us / 1000,
+        "flags": flag_text(fields.flags),
         "time_s": time_s,
     }
 

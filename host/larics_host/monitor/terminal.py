@@ -73,33 +73,33 @@ def _health_rows(state):
             "camera",
             "%.1f frames/s, detection %.1f ms, latency %.1f ms"
             % (
-                status["rate_chz"] / 100,
-                status["detect_us"] / 1000,
-                status["latency_us"] / 1000,
+                status.rate_chz / 100,
+                status.detect_us / 1000,
+                status.latency_us / 1000,
             ),
         )
         yield (
             "exposure",
             "%.2f ms, gain %.1f dB, mean grey %d"
             % (
-                status["exposure_us"] / 1000,
-                status["gain_cdb"] / 100,
-                status["grey_mean"],
+                status.exposure_us / 1000,
+                status.gain_cdb / 100,
+                status.grey_mean,
             ),
         )
         yield (
             "counters",
             "up %d s, missed %d, rejects %d, dropped %d, line errors %d"
             % (
-                status["uptime_s"],
-                status["missed"],
-                status["rejects"],
-                status["drops"],
-                status["crc_errors"] + status["line_errors"],
+                status.uptime_s,
+                status.missed,
+                status.rejects,
+                status.drops,
+                status.crc_errors + status.line_errors,
             ),
         )
-        text = fault_text(status["active_faults"], status["last_fault"])
-        yield "faults", Text("%d (%s)" % (status["faults"], text), style="red" if state.faults() else "")
+        text = fault_text(status.active_faults, status.last_fault)
+        yield "faults", Text("%d (%s)" % (status.faults, text), style="red" if state.faults() else "")
     if state.counters:
         received, lost, damaged = reception(state.counters)
         yield "received", "%s, %d lost, %d damaged" % (counted(received, "message"), lost, damaged)
@@ -111,8 +111,9 @@ def render(state: MonitorState, ended: str | None = None) -> Group:
         " %s " % (state.state or "WAITING"), style=_COLOURS.get(state.state or "", "bold white on blue")
     )
     title = Text.assemble(label, "  larics monitor  ", (state.source, "dim"))
-    if state.info:
-        title.append("  %(board)s, %(width)dx%(height)d px" % state.info, style="dim")
+    info = state.info
+    if info:
+        title.append("  %s, %dx%d px" % (info.board, info.width, info.height), style="dim")
     caption, lines = draw_view(state, *_VIEW)
     values = [_grid(_marker_rows(state))]
     if state.pose:

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any
 from larics.device.factory import make_detector, make_locator, make_navigator
 from larics.device.frame_messages import Reports
 from larics.device.measurements import Measuring
-from larics.wire import codec as protocol
-from larics.wire import messages as m
-from larics_host.connection.receiver import readable
+from larics_host.connection.records import Marker, as_json, record_of
 from larics_host.errors import UserError
 from larics_host.images.frame_folder import number_of
 from larics_host.images.frame_sources import open_frames
@@ -30,8 +28,7 @@ if TYPE_CHECKING:
     from larics_host.annotations import StrPath
 
 
-_NAMES = [field[0] for field in protocol.fields(m.MARKER)]
-COMPARED = [name for name in _NAMES if name not in ("frame", "age_us")]
+COMPARED = [name for name in Marker._fields if name not in ("frame", "age_us")]
 
 
 class _Kept:
@@ -41,7 +38,7 @@ class _Kept:
         self.messages = []
 
     def add(self, number, values):
-        self.messages.append(readable(dict(zip(_NAMES, values, strict=False))))
+        self.messages.append(as_json(record_of(number, values)))
 
 
 class HostRun:
@@ -73,7 +70,7 @@ def _reported(path):
     frames = {}
     for record in read_records(path):
         if record["message"] == "MARKER":
-            if any(name not in record for name in _NAMES):
+            if any(name not in record for name in Marker._fields):
                 raise UserError("%s is not from larics log" % path)
             frames.setdefault(record["frame"], []).append(record)
     if not frames:

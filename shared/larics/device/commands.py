@@ -13,6 +13,28 @@ except ImportError:
 from larics import settings as setting_rules
 from larics.wire import messages as m
 
+# generated: begin indices (tools/make_protocol.py)
+_INFO_FIELDS = const(10)
+_INFO_BOOT = const(1)
+_NACK_REASON = const(2)
+_SETTING_FIELDS = const(12)
+_SETTING_TOKEN = const(0)
+_SETTING_KEY = const(1)
+_SETTING_FIRST = const(2)
+_SETTING_COUNT = const(3)
+_SETTING_VALUE0 = const(4)
+_GET_SETTING_KEY = const(1)
+_SET_SETTING_KEY = const(1)
+_SET_SETTING_FIRST = const(2)
+_SET_SETTING_COUNT = const(3)
+_SET_SETTING_VALUE0 = const(4)
+_GET_RAW_AGAIN_TRANSFER = const(1)
+_GET_RAW_AGAIN_FIRST = const(2)
+_GET_RAW_AGAIN_COUNT = const(3)
+_RESTART_BOOT = const(1)
+# generated: end indices
+
+_TOKEN = const(0)  # index in every command and answer
 _REMEMBERED = const(8)
 _WAITING = const(8)  # answers that may wait to be sent; further requests are dropped, to be retried
 _ACKNOWLEDGED = const(0)
@@ -25,7 +47,7 @@ class Commands:
     raw       a larics.device.raw_frame.RawSender
     boot      a random number of this start, 0..65535
     actions   object with
-        info(values)            fills the INFO fields from index 2 on
+        info(values)            fills the fields of INFO beside token and boot
         settings_changed(name)  a setting has a new value
         save()                  writes the settings; False or OSError when that failed
         raw_frame()             (pixels, width, height, frame number) of a copy that stays unchanged until
@@ -44,9 +66,9 @@ class Commands:
         self._boot = boot
         self._remembered = []  # (command, values, reason, detail), newest last
         self._waiting = []  # (token, command, reason, detail)
-        self._info = [0] * 10
+        self._info = [0] * _INFO_FIELDS
         self._info_due = False
-        self._part = [0] * (4 + m.SETTING_VALUES)
+        self._part = [0] * _SETTING_FIELDS
         self._reading = None  # (token, key, numbers) of a GET_SETTING under way
         self._read = 0
         self._list_key = -1
@@ -54,7 +76,7 @@ class Commands:
 
     def announce(self):
         """Sends INFO without being asked: at start."""
-        self._info[0] = 0
+        self._info[_TOKEN] = 0
         self._info_due = True
 
     # requests
@@ -65,13 +87,13 @@ class Commands:
         if len(self._waiting) >= _WAITING:
             self.dropped += 1
             return
-        token = values[0]
+        token = values[_TOKEN]
         if number in (m.PING, m.GET_INFO, m.GET_SETTING):
             self._answer(token, number, self._look_up(number, values), 0)
             return
         content = list(values)
         for command, known, reason, detail in self._remembered:
-            if known[0] == token:
+            if known[_TOKEN] == token:
                 if command != number or known != content:
                     self._answer(token, number, m.NACK_TOKEN, 0)
                     return
@@ -80,7 +102,7 @@ class Commands:
                 self._answer(token, number, reason, detail)
                 return
         reason = self._carry_out(number, values)
-        detail = values[1] if number == m.SET_SETTING and reason else 0
+        detail = values[_SET_SETTING_KEY] if number == m.SET_SETTING and reason else 0
         if len(self._remembered) >= _REMEMBERED:
             self._remembered.pop(0)
         self._remembered.append((number, content, reason, detail))
@@ -93,13 +115,14 @@ class Commands:
     def _look_up(self, number, values):
         """The reason to refuse, 0, or -1 when the answer follows the data."""
         if number == m.GET_INFO:
-            self._info[0] = values[0]
+            self._info[_TOKEN] = values[_TOKEN]
             self._info_due = True
         elif number == m.GET_SETTING:
-            field = setting_rules.field(values[1])
+            field = setting_rules.field(values[_GET_SETTING_KEY])
             if field is None:
                 return m.NACK_UNKNOWN_KEY
-            self._reading = (values[0], field.key, field.numbers(getattr(self._settings, field.name)))
+            numbers = field.numbers(getattr(self._settings, field.name))
+            self._reading = (values[_TOKEN], field.key, numbers)
             self._read = 0
             return -1
         return _ACKNOWLEDGED
@@ -116,24 +139,24 @@ class Commands:
             frame = self._actions.raw_frame()
             if frame is None:
                 return m.NACK_NO_FRAME
-            self._raw.start(values[0], *frame)
+            self._raw.start(values[_TOKEN], *frame)
             return _ACKNOWLEDGED
         if number == m.GET_RAW_AGAIN:
-            _, transfer, first, count = values
-            if transfer != self._raw.token:
+            first, count = values[_GET_RAW_AGAIN_FIRST], values[_GET_RAW_AGAIN_COUNT]
+            if values[_GET_RAW_AGAIN_TRANSFER] != self._raw.token:
                 return m.NACK_TRANSFER
             if first + count > self._raw.chunks:
                 return m.NACK_CHUNK
             return _ACKNOWLEDGED if self._raw.again(first, count) else m.NACK_BUSY
         if number == m.RESTART:
-            if values[1] != self._boot:
+            if values[_RESTART_BOOT] != self._boot:
                 return m.NACK_BOOT
             self.restart_due = True
             return _ACKNOWLEDGED
         return m.NACK_UNKNOWN_COMMAND
 
     def _set(self, values):
-        _, key, first, count = values[:4]
+        key, first, count = values[_SET_SETTING_KEY], values[_SET_SETTING_FIRST], values[_SET_SETTING_COUNT]
         field = setting_rules.field(key)
         if field is None:
             return m.NACK_UNKNOWN_KEY
@@ -144,7 +167,8 @@ class Commands:
             self._list = []
         elif key != self._list_key or first != len(self._list):
             return m.NACK_LIST_ORDER
-        self._list.extend(values[4 : 4 + min(count - first, m.SETTING_VALUES)])
+        end = _SET_SETTING_VALUE0 + min(count - first, m.SETTING_VALUES)
+        self._list.extend(values[_SET_SETTING_VALUE0:end])
         if len(self._list) < count:
             return _ACKNOWLEDGED
         numbers, self._list, self._list_key = self._list, [], -1
@@ -169,7 +193,7 @@ class Commands:
         """The type of the next message to send, its fields in `values`; 0 when there is none."""
         if self._info_due:
             self._info_due = False
-            self._info[1] = self._boot
+            self._info[_INFO_BOOT] = self._boot
             self._actions.info(self._info)
             self.values = self._info
             return m.INFO
@@ -178,15 +202,18 @@ class Commands:
         if not self._waiting:
             return 0
         self.values = self._waiting.pop(0)
-        return m.NACK if self.values[2] else m.ACK
+        return m.NACK if self.values[_NACK_REASON] else m.ACK
 
     def _next_part(self):
         token, key, numbers = self._reading
         part = self._part
-        part[0], part[1], part[2], part[3] = token, key, self._read, len(numbers)
+        part[_SETTING_TOKEN] = token
+        part[_SETTING_KEY] = key
+        part[_SETTING_FIRST] = self._read
+        part[_SETTING_COUNT] = len(numbers)
         for k in range(m.SETTING_VALUES):
             index = self._read + k
-            part[4 + k] = numbers[index] if index < len(numbers) else 0
+            part[_SETTING_VALUE0 + k] = numbers[index] if index < len(numbers) else 0
         self._read += m.SETTING_VALUES
         if self._read >= len(numbers):
             self._reading = None

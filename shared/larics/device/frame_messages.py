@@ -1,6 +1,39 @@
 """Turns measurements and poses into the messages of one frame. Reuses its lists: nothing is allocated."""
 
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
 from larics.wire import messages as m
+
+# generated: begin indices (tools/make_protocol.py)
+_MARKER_FIELDS = const(12)
+_MARKER_FRAME = const(0)
+_MARKER_AGE_US = const(1)
+_MARKER_FLAGS = const(2)
+_MARKER_ID = const(3)
+_MARKER_INDEX = const(4)
+_MARKER_COUNT = const(5)
+_MARKER_X_MM10 = const(6)
+_MARKER_Y_MM10 = const(7)
+_MARKER_Z_MM10 = const(8)
+_MARKER_HEADING_CDEG = const(9)
+_MARKER_MARGIN = const(10)
+_MARKER_RADIUS_Q8 = const(11)
+_POSE_FIELDS = const(11)
+_POSE_FRAME = const(0)
+_POSE_AGE_US = const(1)
+_POSE_STATE = const(2)
+_POSE_ID = const(3)
+_POSE_X_MM10 = const(4)
+_POSE_Y_MM10 = const(5)
+_POSE_HEADING_CDEG = const(6)
+_POSE_SIGMA_MM10 = const(7)
+_POSE_SIGMA_CDEG = const(8)
+_POSE_ROUTE_POSITION = const(9)
+_POSE_NEXT_CDEG = const(10)
+# generated: end indices
 
 
 class Reports:
@@ -8,56 +41,56 @@ class Reports:
 
     def __init__(self, outbox):
         self._outbox = outbox
-        self._marker = [0] * 12
-        self._pose = [0] * 11
+        self._marker = [0] * _MARKER_FIELDS
+        self._pose = [0] * _POSE_FIELDS
 
     def marker(self, frame, age_us, index, count, measurement, calibrated):
         """One of the markers of a frame; `measurement` as larics.locate.camera_model fills it."""
         values = self._marker
         flags = measurement.flags
-        values[0] = frame
-        values[1] = age_us
-        values[3] = measurement.marker_id if measurement.marker_id >= 0 else m.ID_NONE
-        values[4] = index
-        values[5] = count
+        values[_MARKER_FRAME] = frame
+        values[_MARKER_AGE_US] = age_us
+        values[_MARKER_ID] = measurement.marker_id if measurement.marker_id >= 0 else m.ID_NONE
+        values[_MARKER_INDEX] = index
+        values[_MARKER_COUNT] = count
         if calibrated:
-            values[6] = measurement.offset_x_mm10
-            values[7] = measurement.offset_y_mm10
-            values[8] = measurement.height_mm10
+            values[_MARKER_X_MM10] = measurement.offset_x_mm10
+            values[_MARKER_Y_MM10] = measurement.offset_y_mm10
+            values[_MARKER_Z_MM10] = measurement.height_mm10
         else:
             flags |= m.MARKER_NO_OFFSET
-            values[6] = values[7] = values[8] = 0
-        values[2] = flags
-        values[9] = measurement.heading_cdeg
-        values[10] = measurement.margin
-        values[11] = measurement.radius_q8
+            values[_MARKER_X_MM10] = values[_MARKER_Y_MM10] = values[_MARKER_Z_MM10] = 0
+        values[_MARKER_FLAGS] = flags
+        values[_MARKER_HEADING_CDEG] = measurement.heading_cdeg
+        values[_MARKER_MARGIN] = measurement.margin
+        values[_MARKER_RADIUS_Q8] = measurement.radius_q8
         self._outbox.add(m.MARKER, values)
 
     def no_marker(self, frame, age_us):
         """A frame without a marker is reported too."""
         values = self._marker
-        for index in range(4, 12):
+        for index in range(_MARKER_FIELDS):
             values[index] = 0
-        values[0] = frame
-        values[1] = age_us
-        values[2] = m.MARKER_NONE
-        values[3] = m.ID_NONE
+        values[_MARKER_FRAME] = frame
+        values[_MARKER_AGE_US] = age_us
+        values[_MARKER_FLAGS] = m.MARKER_NONE
+        values[_MARKER_ID] = m.ID_NONE
         self._outbox.add(m.MARKER, values)
 
     def pose(self, frame, age_us, navigator):
         """The vehicle's pose; age_us: of this frame."""
         values = self._pose
         localizer = navigator.pose
-        values[0] = frame
+        values[_POSE_FRAME] = frame
         # the age of the pose grows while the message waits, so it must not be at its limit already
-        values[1] = min(m.COUNT_MAX, localizer.age_us + age_us)
-        values[2] = localizer.state
-        values[3] = localizer.marker_id
-        values[4] = localizer.x_mm10
-        values[5] = localizer.y_mm10
-        values[6] = localizer.heading_cdeg
-        values[7] = localizer.sigma_mm10
-        values[8] = localizer.sigma_cdeg
-        values[9] = navigator.route_position
-        values[10] = navigator.next_cdeg
+        values[_POSE_AGE_US] = min(m.COUNT_MAX, localizer.age_us + age_us)
+        values[_POSE_STATE] = localizer.state
+        values[_POSE_ID] = localizer.marker_id
+        values[_POSE_X_MM10] = localizer.x_mm10
+        values[_POSE_Y_MM10] = localizer.y_mm10
+        values[_POSE_HEADING_CDEG] = localizer.heading_cdeg
+        values[_POSE_SIGMA_MM10] = localizer.sigma_mm10
+        values[_POSE_SIGMA_CDEG] = localizer.sigma_cdeg
+        values[_POSE_ROUTE_POSITION] = navigator.route_position
+        values[_POSE_NEXT_CDEG] = navigator.next_cdeg
         self._outbox.add(m.POSE, values)

@@ -15,9 +15,14 @@ except ImportError:
 from larics.wire.codec import MAX_FRAME, frame_size
 from larics.wire.messages import COUNT_MAX, MARKER, RAW_CHUNK
 
+# generated: begin indices (tools/make_protocol.py)
+_MARKER_FIELDS = const(12)
+_MARKER_AGE_US = const(1)
+_POSE_FIELDS = const(11)
+_POSE_AGE_US = const(1)
+# generated: end indices
+
 AHEAD_US = const(16000)
-_FIELDS = const(12)  # of MARKER, the longest of the measurements
-_AGE = const(1)  # index of age_us in MARKER and POSE
 _SECOND = const(1000000)
 _CHUNKS_A_POLL = const(4)  # bounds the work of one call
 
@@ -41,7 +46,7 @@ class _Group:
 
     def __init__(self, size):
         self.numbers = [0] * size
-        self.values = [[0] * _FIELDS for _ in range(size)]
+        self.values = [[0] * max(_MARKER_FIELDS, _POSE_FIELDS) for _ in range(size)]
         self.count = 0
         self.sent = 0
         self.ready = False
@@ -177,11 +182,12 @@ class Outbox:
     def _send_measurement(self, group):
         place = group.sent
         values = group.values[place]
+        index = _MARKER_AGE_US if group.numbers[place] == MARKER else _POSE_AGE_US
         waited = self._ticks_diff(self._now_us, group.commit_us) + self._ahead_us()
-        age = min(values[_AGE], COUNT_MAX - max(0, waited)) + max(0, waited)  # within 30 bits
+        age = min(values[index], COUNT_MAX - max(0, waited)) + max(0, waited)  # within 30 bits
         if age > self.worst_age_us and group.numbers[place] == MARKER:
             self.worst_age_us = age
-        values[_AGE] = age
+        values[index] = age
         group.sent = place + 1
         self._measured_last = True
         count = self._measurements.encode(group.numbers[place], values)

@@ -9,6 +9,21 @@ except ImportError:
 
 from larics.wire.messages import RAW_CHUNK, RAW_CHUNK_BYTES, RAW_HEADER
 
+# generated: begin indices (tools/make_protocol.py)
+_RAW_HEADER_FIELDS = const(7)
+_RAW_HEADER_TOKEN = const(0)
+_RAW_HEADER_FRAME = const(1)
+_RAW_HEADER_WIDTH = const(2)
+_RAW_HEADER_HEIGHT = const(3)
+_RAW_HEADER_CHUNKS = const(4)
+_RAW_HEADER_CRC_LOW = const(5)
+_RAW_HEADER_CRC_HIGH = const(6)
+_RAW_CHUNK_FIELDS = const(3)
+_RAW_CHUNK_TOKEN = const(0)
+_RAW_CHUNK_CHUNK = const(1)
+_RAW_CHUNK_DATA = const(2)
+# generated: end indices
+
 _RANGES = const(8)  # requests for chunks that may wait at a time
 
 
@@ -24,8 +39,9 @@ class RawSender:
         self.chunks = 0
         self._pixels = b""
         self._size = 0
-        self._chunk = [0, 0, bytearray(RAW_CHUNK_BYTES)]
-        self._header = [0] * 7
+        self._chunk = [0] * _RAW_CHUNK_FIELDS
+        self._chunk[_RAW_CHUNK_DATA] = bytearray(RAW_CHUNK_BYTES)
+        self._header = [0] * _RAW_HEADER_FIELDS
         self._header_due = False
         self._first = [0] * _RANGES
         self._left = [0] * _RANGES  # chunks to send from _first on
@@ -38,7 +54,14 @@ class RawSender:
         self._pixels = pixels
         self._size = width * height
         self.chunks = (self._size + RAW_CHUNK_BYTES - 1) // RAW_CHUNK_BYTES
-        self._header = [token, frame, width, height, self.chunks, crc & 0xFFFF, crc >> 16 & 0xFFFF]
+        header = self._header
+        header[_RAW_HEADER_TOKEN] = token
+        header[_RAW_HEADER_FRAME] = frame
+        header[_RAW_HEADER_WIDTH] = width
+        header[_RAW_HEADER_HEIGHT] = height
+        header[_RAW_HEADER_CHUNKS] = self.chunks
+        header[_RAW_HEADER_CRC_LOW] = crc & 0xFFFF
+        header[_RAW_HEADER_CRC_HIGH] = crc >> 16 & 0xFFFF
         for k in range(_RANGES):
             self._left[k] = 0
         self._first[0] = 0
@@ -77,12 +100,12 @@ class RawSender:
 
     def _fill(self, chunk):
         pixels = self._pixels
-        data = self._chunk[2]
+        data = self._chunk[_RAW_CHUNK_DATA]
         start = chunk * RAW_CHUNK_BYTES
         count = min(RAW_CHUNK_BYTES, self._size - start)
         for k in range(count):
             data[k] = pixels[start + k]
         for k in range(count, RAW_CHUNK_BYTES):
             data[k] = 0
-        self._chunk[0] = self.token
-        self._chunk[1] = chunk
+        self._chunk[_RAW_CHUNK_TOKEN] = self.token
+        self._chunk[_RAW_CHUNK_CHUNK] = chunk

@@ -19,6 +19,24 @@ from larics.arith.float32 import put_float32, put_nan32
 from larics.kernels.crc import x25
 from larics.wire import messages as m
 
+# generated: begin indices (tools/make_protocol.py)
+_MARKER_AGE_US = const(1)
+_MARKER_FLAGS = const(2)
+_MARKER_ID = const(3)
+_MARKER_X_MM10 = const(6)
+_MARKER_Y_MM10 = const(7)
+_MARKER_Z_MM10 = const(8)
+_MARKER_HEADING_CDEG = const(9)
+_POSE_AGE_US = const(1)
+_POSE_STATE = const(2)
+_POSE_X_MM10 = const(4)
+_POSE_Y_MM10 = const(5)
+_POSE_HEADING_CDEG = const(6)
+_POSE_SIGMA_MM10 = const(7)
+_POSE_SIGMA_CDEG = const(8)
+_STATUS_STATE = const(15)
+# generated: end indices
+
 _HEADER = const(10)
 _LONGEST = const(117)
 
@@ -34,7 +52,6 @@ _STATE_ACTIVE = const(4)
 _FRAME_BODY_FRD = const(12)
 _TARGET_VISION_FIDUCIAL = const(2)
 
-_STATUS_STATE = const(15)  # index of `state` in STATUS
 _COVARIANCE = const(42)  # place of the upper triangle, row by row
 _VARIANCE_UNMEASURED = const(100)  # (10 m)**2 for the height, and as much for roll and pitch
 
@@ -55,13 +72,13 @@ class MavlinkEncoder:
     def encode(self, number, values):
         buffer = self.buffer
         if number == m.MARKER:
-            if values[2] & _UNUSABLE:
+            if values[_MARKER_FLAGS] & _UNUSABLE:
                 return 0
             self._clear(60)
             self._landing_target(values)
             return self._finish(_LANDING_TARGET, 60, 200)
         if number == m.POSE:
-            if values[2] != m.TRACKING:
+            if values[_POSE_STATE] != m.TRACKING:
                 return 0
             self._clear(117)
             self._vision_position(values)
@@ -82,19 +99,20 @@ class MavlinkEncoder:
 
     def _landing_target(self, values):
         buffer = self.buffer
-        x, y, z = values[6], -values[7], -values[8]
-        self._put_time(values[1])
+        x, y, z = values[_MARKER_X_MM10], -values[_MARKER_Y_MM10], -values[_MARKER_Z_MM10]
+        self._put_time(values[_MARKER_AGE_US])
         depth = abs(z)
         _put_angle(buffer, 18, atan2_turn16(x >> 2, depth >> 2))  # atan2 takes 22 bits: 0.4 mm
         _put_angle(buffer, 22, atan2_turn16(y >> 2, depth >> 2))
         put_float32(buffer, 26, _length(x, y, z), 10000)
         # size_x, size_y: 0, not told
-        buffer[38] = values[3]
+        buffer[38] = values[_MARKER_ID]
         buffer[39] = _FRAME_BODY_FRD
         put_float32(buffer, 40, x, 10000)
         put_float32(buffer, 44, y, 10000)
         put_float32(buffer, 48, z, 10000)
-        half_turn16 = ((36000 - values[9]) * 4096 + 2250) // 4500  # half of minus the heading
+        heading = values[_MARKER_HEADING_CDEG]
+        half_turn16 = ((36000 - heading) * 4096 + 2250) // 4500  # half of minus the heading
         put_float32(buffer, 52, cos_q14(half_turn16), 16384)
         put_float32(buffer, 64, sin_q14(half_turn16), 16384)
         buffer[68] = _TARGET_VISION_FIDUCIAL
@@ -102,15 +120,15 @@ class MavlinkEncoder:
 
     def _vision_position(self, values):
         buffer = self.buffer
-        self._put_time(values[1])
-        put_float32(buffer, 18, values[4], 10000)
-        put_float32(buffer, 22, -values[5], 10000)
-        heading = values[6]
+        self._put_time(values[_POSE_AGE_US])
+        put_float32(buffer, 18, values[_POSE_X_MM10], 10000)
+        put_float32(buffer, 22, -values[_POSE_Y_MM10], 10000)
+        heading = values[_POSE_HEADING_CDEG]
         if heading > 18000:
             heading -= 36000
         # 0.01 degrees are 174.5329 millionths of a radian
         put_float32(buffer, 38, -heading * 174 - heading * 5329 // 10000, 1000000)
-        sigma, sigma_cdeg = values[7], values[8]
+        sigma, sigma_cdeg = values[_POSE_SIGMA_MM10], values[_POSE_SIGMA_CDEG]
         if sigma == m.SIGMA_UNKNOWN or sigma_cdeg == m.SIGMA_UNKNOWN:
             put_nan32(buffer, _COVARIANCE)
             return

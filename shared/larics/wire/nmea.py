@@ -17,11 +17,43 @@ except ImportError:
 
 from larics.wire import messages as m
 
+# generated: begin indices (tools/make_protocol.py)
+_MARKER_FRAME = const(0)
+_MARKER_AGE_US = const(1)
+_MARKER_FLAGS = const(2)
+_MARKER_ID = const(3)
+_MARKER_INDEX = const(4)
+_MARKER_COUNT = const(5)
+_MARKER_X_MM10 = const(6)
+_MARKER_Z_MM10 = const(8)
+_MARKER_HEADING_CDEG = const(9)
+_MARKER_MARGIN = const(10)
+_MARKER_RADIUS_Q8 = const(11)
+_POSE_FRAME = const(0)
+_POSE_AGE_US = const(1)
+_POSE_STATE = const(2)
+_POSE_ID = const(3)
+_POSE_X_MM10 = const(4)
+_POSE_Y_MM10 = const(5)
+_POSE_HEADING_CDEG = const(6)
+_POSE_SIGMA_MM10 = const(7)
+_POSE_SIGMA_CDEG = const(8)
+_POSE_ROUTE_POSITION = const(9)
+_POSE_NEXT_CDEG = const(10)
+_STATUS_VERSION_MAJOR = const(0)
+_STATUS_VERSION_MINOR = const(1)
+_STATUS_VERSION_PATCH = const(2)
+_STATUS_UPTIME_S = const(4)
+_STATUS_STATE = const(15)
+_STATUS_GAIN_CDB = const(17)
+_STATUS_RATE_CHZ = const(19)
+_STATUS_FREE_BYTES = const(23)
+# generated: end indices
+
 LONGEST = const(256)
 
 _STATES = b"LCT"
 _HEX = b"0123456789ABCDEF"
-_SIGMA_MM10, _SIGMA_CDEG = const(7), const(8)
 
 
 class NmeaEncoder:
@@ -50,46 +82,46 @@ class NmeaEncoder:
         return self._finish()
 
     def _marker(self, values):
-        self._number(values[0], 0)
-        self._number(values[1] // 100, 1)
-        self._number(values[2], 0)
-        self._number_unless(values[3], m.ID_NONE, 0)
-        self._number(values[4], 0)
-        self._number(values[5], 0)
-        seen = not values[2] & m.MARKER_NONE
-        placed = seen and not values[2] & m.MARKER_NO_OFFSET
-        for k in range(6, 9):
+        self._number(values[_MARKER_FRAME], 0)
+        self._number(values[_MARKER_AGE_US] // 100, 1)
+        self._number(values[_MARKER_FLAGS], 0)
+        self._number_unless(values[_MARKER_ID], m.ID_NONE, 0)
+        self._number(values[_MARKER_INDEX], 0)
+        self._number(values[_MARKER_COUNT], 0)
+        seen = not values[_MARKER_FLAGS] & m.MARKER_NONE
+        placed = seen and not values[_MARKER_FLAGS] & m.MARKER_NO_OFFSET
+        for k in range(_MARKER_X_MM10, _MARKER_Z_MM10 + 1):
             self._number_if(placed, values[k], 1)
-        self._number_if(seen, values[9], 2)
-        self._number_if(seen, values[10], 0)
-        self._number_if(seen, values[11] * 10 >> 8, 1)
+        self._number_if(seen, values[_MARKER_HEADING_CDEG], 2)
+        self._number_if(seen, values[_MARKER_MARGIN], 0)
+        self._number_if(seen, values[_MARKER_RADIUS_Q8] * 10 >> 8, 1)
 
     def _pose(self, values):
-        self._number(values[0], 0)
-        self._number(values[1] // 100, 1)
+        self._number(values[_POSE_FRAME], 0)
+        self._number(values[_POSE_AGE_US] // 100, 1)
         self._byte(0x2C)
-        self._byte(_STATES[values[2]])
-        self._number_unless(values[3], m.ID_NONE, 0)
-        self._number(values[4], 1)
-        self._number(values[5], 1)
-        self._number(values[6], 2)
-        self._number_unless(values[7], m.SIGMA_UNKNOWN, 1)
-        self._number_unless(values[8], m.SIGMA_UNKNOWN, 2)
-        self._number_unless(values[9], m.ROUTE_NONE, 0)
-        self._number_unless(values[10], m.DIRECTION_NONE, 2)
+        self._byte(_STATES[values[_POSE_STATE]])
+        self._number_unless(values[_POSE_ID], m.ID_NONE, 0)
+        self._number(values[_POSE_X_MM10], 1)
+        self._number(values[_POSE_Y_MM10], 1)
+        self._number(values[_POSE_HEADING_CDEG], 2)
+        self._number_unless(values[_POSE_SIGMA_MM10], m.SIGMA_UNKNOWN, 1)
+        self._number_unless(values[_POSE_SIGMA_CDEG], m.SIGMA_UNKNOWN, 2)
+        self._number_unless(values[_POSE_ROUTE_POSITION], m.ROUTE_NONE, 0)
+        self._number_unless(values[_POSE_NEXT_CDEG], m.DIRECTION_NONE, 2)
 
     def _status(self, values):
-        self._number(values[0], 0)
+        self._number(values[_STATUS_VERSION_MAJOR], 0)
         self._byte(0x2E)
-        self._digits(values[1], 0)
+        self._digits(values[_STATUS_VERSION_MINOR], 0)
         self._byte(0x2E)
-        self._digits(values[2], 0)
-        for k in range(4, 24):
-            if k == 15:
+        self._digits(values[_STATUS_VERSION_PATCH], 0)
+        for k in range(_STATUS_UPTIME_S, _STATUS_FREE_BYTES + 1):
+            if k == _STATUS_STATE:
                 self._byte(0x2C)
                 self._byte(_STATES[values[k]])
             else:
-                self._number(values[k], 2 if k == 17 or k == 19 else 0)
+                self._number(values[k], 2 if k == _STATUS_GAIN_CDB or k == _STATUS_RATE_CHZ else 0)
 
     def _finish(self):
         check = 0
