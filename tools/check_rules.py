@@ -5,6 +5,7 @@
 - firmware and host never import each other
 - a module of kernels holds viper functions and nothing else, in the style all executors agree on
 - public functions of host are annotated, so that `mypy` has something to check
+- the items of the arrays that kernels share are where kernels/layouts.py says
 """
 
 import ast
@@ -30,6 +31,7 @@ ARROWS = {
     "larics_vehicle": ("wire", "arith"),
 }
 HOST_ONLY = "shared/larics/_cpython.py"  # stands in for MicroPython's compiler, never on a board
+LAYOUTS = "shared/larics/kernels/layouts.py"
 KERNEL_CALLS = {"int", "ptr8", "ptr16", "ptr32"}
 
 
@@ -172,13 +174,47 @@ def annotation_violations(node, inside=""):
             yield from annotation_violations(child, inside)
 
 
-def check(name, source, firmware_modules=()):
+def constants(tree):
+    """{name: (line, number)} of a module's NAME = const(expression of numbers)."""
+    found = {}
+    for node in tree.body:
+        if _is_constant(node) and isinstance(node.targets[0], ast.Name):
+            try:
+                number = eval(compile(ast.Expression(node.value.args[0]), "const", "eval"), {})
+            except NameError:
+                continue
+            found[node.targets[0].id] = node.lineno, number
+    return found
+
+
+def layout_violations(tree, layouts):
+    """Copies of the items of shared arrays that differ from their definition; `layouts`: {name: number}."""
+    arrays = {name.split("_")[0] for name in layouts if "_" in name}
+    for name, (line, number) in constants(tree).items():
+        item = name.lstrip("_")
+        if item in layouts:
+            if number != layouts[item]:
+                yield line, "%s is %d, but %d in layouts.py" % (name, number, layouts[item])
+        elif "_" in item and item.split("_")[0] in arrays:
+            yield line, "%s is no item in layouts.py" % name
+
+
+def layouts_of(root=ROOT):
+    """{name: number} of the items of all arrays that kernels share."""
+    path = root / LAYOUTS
+    if not path.is_file():
+        return {}
+    return {name: number for name, (_, number) in constants(ast.parse(path.read_text())).items()}
+
+
+def check(name, source, firmware_modules=(), layouts=None):
     """The violations of one file as (line, text); `name` is its path from the root, with slashes."""
     tree = ast.parse(source, name)
     if name.startswith("shared/") and name != HOST_ONLY:
         yield from import_violations(tree, allowed=SHARED_IMPORTS)
         yield from arrow_violations(name, tree)
         yield from float_violations(tree)
+        yield from layout_violations(tree, layouts or {})
         if name.startswith("shared/larics/kernels/") and not name.endswith("__init__.py"):
             yield from kernel_violations(tree)
     elif name.startswith("firmware/"):
@@ -192,12 +228,13 @@ def check_tree(root=ROOT):
     """All violations below `root`, as "path:line: text", and the number of files read."""
     firmware_modules = {path.stem for path in (root / "firmware").glob("*.py")}
     firmware_modules |= {path.parent.name for path in (root / "firmware").glob("*/__init__.py")}
+    layouts = layouts_of(root)
     found, count = [], 0
     for folder in ("shared", "firmware", "host"):
         for path in sorted((root / folder).rglob("*.py")):
             name = path.relative_to(root).as_posix()
             count += 1
-            for line, text in check(name, path.read_text(), firmware_modules):
+            for line, text in check(name, path.read_text(), firmware_modules, layouts):
                 found.append("%s:%d: %s" % (name, line, text))
     return found, count
 

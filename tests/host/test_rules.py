@@ -98,6 +98,26 @@ def test_kernel_style_is_enforced(source, part):
     assert any(part in text for text in texts("shared/larics/kernels/x.py", source))
 
 
+def test_copies_of_array_items_are_compared_with_their_definition():
+    layouts = {"BIAS": 1 << 24, "FIT_AREA": 14}
+    source = "_BIAS = const(1 << 24)\n_FIT_AREA = const(14)\n_FAR = const(3)\n"
+    assert texts("shared/larics/direct/x.py", source, layouts=layouts) == []
+    source = "_BIAS = const(1 << 20)\n_FIT_AREA = const(13)\n_FIT_AERA = const(14)\nFIT_AREA = const(15)\n"
+    assert texts("shared/larics/kernels/x.py", source, layouts=layouts) == [
+        "_BIAS is 1048576, but 16777216 in layouts.py",
+        "_FIT_AREA is 13, but 14 in layouts.py",
+        "_FIT_AERA is no item in layouts.py",
+        "FIT_AREA is 15, but 14 in layouts.py",
+    ]
+
+
+def test_array_items_are_defined_once_and_none_is_left_out():
+    layouts = check_rules.layouts_of()
+    for array in {name.split("_")[0] for name in layouts if "_" in name}:
+        items = [layouts[name] for name in layouts if name.startswith(array + "_")]
+        assert sorted(items) == list(range(len(items))), array  # the last is the array's own length
+
+
 def test_the_init_of_kernels_is_free_but_integer():
     assert texts("shared/larics/kernels/__init__.py", "def f():\n    pass\n") == []
     assert texts("shared/larics/kernels/__init__.py", "x = 0.1\n") == ["float literal 0.1"]

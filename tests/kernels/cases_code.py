@@ -1,5 +1,7 @@
 """Calls of the kernels in larics.kernels.code."""
 
+from cases_lines import shape
+from cases_rings import fit
 from inputs import frames, ints
 
 from larics.arith import fixed
@@ -9,17 +11,19 @@ WIDTH, HEIGHT = 72, 60
 
 def code_positions(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for cx, cy, turn16, first, pitch, radii, window, opening, clip in (
-            (36 * 256, 30 * 256, 0, 2000, 300, 8, 700, 100, 20),
-            (36 * 256 + 50, 29 * 256 + 200, 12345, 1500, 150, 16, 1500, 90, 0),
-            (10 * 256, 50 * 256, 33000, 256, 40, 2, 256, 256, 200),
-            (71 * 256, 30 * 256, 60000, 3000, 900, 10, 500, 60, 5),
+        for cx, cy, turn16, radius, first, last, radii, window, line, opening in (
+            (36 * 256, 30 * 256, 0, 4000, 200, 700, 8, 170, 119, 100),
+            (36 * 256 + 50, 29 * 256 + 200, 12345, 4000, 100, 900, 16, 400, 119, 90),
+            (10 * 256, 50 * 256, 33000, 1536, 170, 200, 2, 170, 34, 256),
+            (71 * 256, 30 * 256, 60000, 20480, 170, 547, 4, 170, 200, 60),
         ):
-            for unit in (1, 700, 65535):
-                yield (
-                    0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, cx, cy, turn16, first, pitch,
-                    radii, window, opening, clip, unit, ints(40, random),
+            for area in (1, 700, 65535, 1 << 20):
+                pose = fit(true_x_q10=cx * 4, true_y_q10=cy * 4, radius_q8=radius, area=area)
+                lines = shape(
+                    code_first=first, code_last=last, code_radii=radii, code_opening=opening, window=window,
+                    line=line,
                 )  # fmt: skip
+                yield 0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, pose, lines, turn16, ints(40, random)
 
 
 CASES = {

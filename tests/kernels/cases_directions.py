@@ -1,5 +1,7 @@
 """Calls of the kernels in larics.kernels.directions."""
 
+from cases_lines import shape
+from cases_rings import fit
 from inputs import frames, ints, words
 
 from larics.arith import fixed
@@ -9,15 +11,18 @@ WIDTH, HEIGHT = 72, 60
 
 def annulus_profile(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for cx, cy, first, pitch, samples, stride in (
-            (36 * 256, 30 * 256, 20 * 256, 200, 8, 1),
-            (10 * 256 + 17, 50 * 256 + 240, 3000, 333, 16, 2),
-            (0, 0, 32767, 256, 1, 4),
+        for cx, cy, radius, first, last, samples, stride in (
+            (36 * 256, 30 * 256, 15 * 256, 1024, 1400, 8, 1),
+            (10 * 256 + 17, 50 * 256 + 240, 3000, 1024, 2047, 16, 2),
+            (0, 0, 20480, 1600, 1620, 2, 4),
+            (-1, 30 * 256, 3000, 1024, 1100, 3, 4),
         ):
-            yield (
-                frame, 0, 0, 0, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, cx, cy, first, pitch, samples,
-                stride, words(256 // stride, random),
+            pose = fit(true_x_q10=cx * 4, true_y_q10=cy * 4, radius_q8=radius)
+            around = shape(
+                around_first=first, around_last=last, around_samples=samples, around_stride=stride
             )  # fmt: skip
+            profile = words(256 // stride, random)
+            yield frame, 0, 0, 0, fixed.LOG_GREY, fixed.COSINE, pose, around, profile
 
 
 def dark_directions(random):

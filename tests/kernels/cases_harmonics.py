@@ -4,7 +4,7 @@ from cases_rings import fit
 from inputs import ints, zeros32
 
 from larics.arith import tables
-from larics.kernels import harmonics
+from larics.kernels import layouts
 
 
 def end_pass(random):
@@ -13,14 +13,14 @@ def end_pass(random):
         for sign in (1, -1):
             ring = zeros32(9)
             for i in range(5):
-                ring[i] = harmonics.BIAS + sign * span
-            ring[harmonics.DEVIATION] = deviation
-            ring[harmonics.MEAN_AREA] = 60000
+                ring[i] = layouts.BIAS + sign * span
+            ring[layouts.RING_DEVIATION] = deviation
+            ring[layouts.RING_MEAN_AREA] = 60000
             found.append(ring)
         for radius in (1536, 20480):
             pose = fit(x_q8=2560, y_q8=0, radius_q8=radius, inner_q8=radius * 2 // 3, bulge_cos=-8192)
-            yield pose, 0, 0, found[0], found[1]
-            yield fit(radius_q8=radius), 0, 0, found[1], found[1]
+            yield pose, found[0], found[1]
+            yield fit(radius_q8=radius), found[1], found[1]
 
 
 def ring_harmonics(random):

@@ -4,8 +4,17 @@ from cases_rings import fit
 from inputs import frames, ints, zeros32
 
 from larics.arith import fixed
+from larics.kernels import layouts
 
 WIDTH, HEIGHT = 72, 60
+
+
+def shape(**items):
+    """Where lines are looked for: items by their names in lower case."""
+    lengths = zeros32(layouts.SHAPE_ITEMS)
+    for name in items:
+        lengths[getattr(layouts, "SHAPE_" + name.upper())] = items[name]
+    return lengths
 
 
 def line_crossings(random):
@@ -19,28 +28,24 @@ def line_crossings(random):
             (36 * 256, 30 * 256, 60001, 4000, 1024, 64, 150, 120, 700),
         ):
             pose = fit(true_x_q10=cx * 4, true_y_q10=cy * 4, radius_q8=radius, area=area)
-            shape = zeros32(4)
-            for i, value in enumerate((first, last, gap, line)):
-                shape[i] = value
+            lengths = shape(line_first=first, line_last=last, window=gap, line=line)
             yield (
-                0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, pose, shape, turn16,
-                1 + (turn16 & 1), ints(32, random, 0, 2 * area), ints(11, random),
+                0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, pose, lengths, turn16, 1 + (turn16 & 1),
+                ints(32, random, 0, 2 * area), ints(11, random),
             )  # fmt: skip
 
 
 def line_end(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for x, y, turn16, radius, shape in (
-            (36 * 1024, 30 * 1024, 0, 4000, (1300, 1638, 126)),
-            (36 * 1024 + 700, 30 * 1024 + 9, 11111, 3000, (1100, 1200, 100)),
-            (0, 59 * 1024, 65535, 20480, (2047, 2047, 511)),
-            (-300, -5, 40000, 20480, (2047, 2047, 511)),
+        for x, y, turn16, radius, in_line, beyond, beside in (
+            (36 * 1024, 30 * 1024, 0, 4000, 1300, 1638, 126),
+            (36 * 1024 + 700, 30 * 1024 + 9, 11111, 3000, 1100, 1200, 100),
+            (0, 59 * 1024, 65535, 20480, 2047, 2047, 511),
+            (-300, -5, 40000, 20480, 2047, 2047, 511),
         ):
-            sizes = zeros32(7)
-            for i in range(3):
-                sizes[4 + i] = shape[i]
             pose = fit(true_x_q10=x, true_y_q10=y, radius_q8=radius)
-            yield 0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, WIDTH, HEIGHT, pose, sizes, turn16
+            lengths = shape(in_line=in_line, beyond=beyond, beside=beside)
+            yield 0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, pose, lengths, turn16
 
 
 CASES = {

@@ -3,20 +3,22 @@
 from inputs import frames, ints, pixels, random_bytes, view, zeros32
 
 from larics.arith import fixed
-from larics.kernels import rings
+from larics.kernels import layouts
 
 
-def fit(**items):
+def fit(width=72, height=60, **items):
     """A pose: items by their names in lower case, what may be negative without its bias."""
-    pose = zeros32(rings.FIT_ITEMS)
+    pose = zeros32(layouts.FIT_ITEMS)
     for name in ("BULGE_COS", "BULGE_SIN", "X_Q10", "Y_Q10", "TRUE_X_Q10", "TRUE_Y_Q10"):
-        pose[getattr(rings, name)] = rings.BIAS
-    pose[rings.INNER_Q10] = 683
-    pose[rings.LINE_Q10] = 119
-    pose[rings.GAP_Q10] = 170
-    pose[rings.BEYOND_Q8] = 333
+        pose[getattr(layouts, "FIT_" + name)] = layouts.BIAS
+    pose[layouts.FIT_INNER_Q10] = 683
+    pose[layouts.FIT_LINE_Q10] = 119
+    pose[layouts.FIT_GAP_Q10] = 170
+    pose[layouts.FIT_BEYOND_Q8] = 333
+    pose[layouts.FIT_WIDTH] = width
+    pose[layouts.FIT_HEIGHT] = height
     for name in items:
-        pose[getattr(rings, name.upper())] += items[name]
+        pose[getattr(layouts, "FIT_" + name.upper())] += items[name]
     return pose
 
 
@@ -29,7 +31,7 @@ def begin_pass(random):
         (40000, 61000, 7680, 700, 48),
         (40000, 21000, 7680, 700, 48),
     ):
-        yield fit(x_q10=x, y_q10=y, radius_q8=radius, area=area), 0, 0, limit, 72, 60
+        yield fit(x_q10=x, y_q10=y, radius_q8=radius, area=area), limit
 
 
 def ring_crossings(random):
@@ -45,7 +47,7 @@ def ring_crossings(random):
                 clip=clip, bulge_cos=bulge, bulge_sin=-bulge, limit_q10=limit, least_area=least,
             )  # fmt: skip
             yield (
-                0, 0, 0, frame, fixed.LOG_GREY, width, height, pose, lines, fixed.ROOT,
+                0, 0, 0, frame, fixed.LOG_GREY, pose, lines, fixed.ROOT,
                 random_bytes(32, random, skipped), ints(128, random, 0, 4000000),
             )  # fmt: skip
     # the largest ring with the widest window, over dark and light halves of the window
@@ -58,26 +60,13 @@ def ring_crossings(random):
                 frame[y * size + x] = 0
     pose = fit(
         x_q8=105 * 256, y_q8=105 * 256, radius_q8=20480, inner_q8=20480, window_q8=5120, bulge_cos=8192,
-        bulge_sin=8192, limit_q10=32767,
+        bulge_sin=8192, limit_q10=32767, width=size, height=size,
     )  # fmt: skip
-    yield (
-        0,
-        0,
-        0,
-        view(frame),
-        fixed.LOG_GREY,
-        size,
-        size,
-        pose,
-        28,
-        fixed.ROOT,
-        bytearray(32),
-        zeros32(128),
-    )
+    yield 0, 0, 0, view(frame), fixed.LOG_GREY, pose, 28, fixed.ROOT, bytearray(32), zeros32(128)
 
 
 def skip_half_sectors(random):
-    code = ints(40, random, rings.BIAS - 20, rings.BIAS + 300)
+    code = ints(40, random, layouts.BIAS - 20, layouts.BIAS + 300)
     for bits, least, angle, reach in ((0, 0, 0, 1640), (1, 0, 65535, 8192), (1, 9, 9, 0), (1, 2, 4, 1640)):
         yield random_bytes(32, random), 0, bits, code, least, angle, reach, 1, 2
 

@@ -3,7 +3,7 @@
 from cases_rings import fit
 from inputs import ints, zeros32
 
-from larics.kernels.rules import BIAS
+from larics.kernels.layouts import BIAS, RING_DEVIATION, RING_INSIDE, RING_MEAN_AREA, RING_USED
 
 
 def weakest_rule(random):
@@ -13,15 +13,15 @@ def weakest_rule(random):
             for i in range(6):
                 rules[2 * i] = BIAS + low + random.below(8000000 if low == 3000 else 100)
                 rules[2 * i + 1] = 1 + random.below(200)
-            yield rules, 0, 255, count
+            yield rules, 255, count
 
 
 def _harmonics(random, inside):
     ring = ints(9, random, BIAS - 3000, BIAS + 3000)
-    ring[5] = random.below(600)
-    ring[6] = random.below(inside + 1)
-    ring[7] = inside
-    ring[8] = random.below(60000)
+    ring[RING_DEVIATION] = random.below(600)
+    ring[RING_USED] = random.below(inside + 1)
+    ring[RING_INSIDE] = inside
+    ring[RING_MEAN_AREA] = random.below(60000)
     return ring
 
 
@@ -37,12 +37,12 @@ def _poses(random):
 
 def rings_plausible(random):
     for pose, outer, inner in _poses(random):
-        yield pose, 0, 0, outer, inner, 480
+        yield pose, outer, inner, 480
 
 
 def rings_rules(random):
     for pose, outer, inner in _poses(random):
-        yield zeros32(12), 0, 0, pose, outer, inner, 2, 6
+        yield zeros32(12), pose, outer, inner, 2, 6
 
 
 def line_rules(random):
@@ -57,7 +57,7 @@ def code_rules(random):
             code = zeros32(40)
             for i in range(40):
                 code[i] = BIAS + random.between(-area, area) if i % 5 in (2, 3) else random.below(area)
-            yield zeros32(12), 0, 0, code, pose, ints(32, random, 0, 60000), random.below(65536)
+            yield zeros32(12), code, pose, ints(32, random, 0, 60000), random.below(65536)
 
 
 CASES = {

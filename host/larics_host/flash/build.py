@@ -21,9 +21,15 @@ ARCHITECTURES = (
     "xtensawin", "rv32imc",
 )  # fmt: skip
 MPY_VERSION, MPY_SUB_VERSION = 6, 3
-# what ships to a board: these packages and folders, but for what a PC alone uses and what starts the program
+# what ships to a board: these packages and folders, but for what no board loads and what starts the program
 SHIPPED = ("shared/larics", "firmware")
-LEFT_OUT = ("shared/larics/_cpython.py", "firmware/pc", "firmware/main.py", "firmware/boot.py")
+LEFT_OUT = (
+    "shared/larics/_cpython.py",
+    "shared/larics/kernels/layouts.py",
+    "firmware/pc",
+    "firmware/main.py",
+    "firmware/boot.py",
+)
 
 
 def source_root() -> Path:

@@ -23,7 +23,7 @@ BAR = const(24)  # items of a bar
 ALONG = const(17)  # the bar that holds a line's profile along itself
 
 _RAMP = table16(tables.RAMP_Q12)
-_RING_BAR = const(13)  # items that the rings alone need
+_RINGS_BAR = const(13)  # items that the rings alone need
 _UNITS = const(24)  # of length in the outer radius
 _SECTORS = const(16)
 _FLOOR = const(512)  # of a sector's match, 1/1024: what is covered must not count more
@@ -145,7 +145,7 @@ class BlurModel:
         if tried != self._tried:
             self._tried = tried
             kernels.blurred_bars(
-                _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, 4, end, _RING_BAR,
+                _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, 4, end, _RINGS_BAR,
                 first * BAR, self.bars,
             )  # fmt: skip
             kernels.fold_templates(self.bars, 0, 0, first, 4, end, templates, sums)

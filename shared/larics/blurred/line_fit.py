@@ -15,7 +15,7 @@ from larics.kernels import blurred_lines as kernels
 POSITIONS = const(8)  # every 45 degrees clockwise from the orientation line; 6, 4 and 2 carry the bits
 BITS = (6, 4, 2)  # most significant first
 
-_BIAS = const(32768)
+_DEPTH_BIAS = const(32768)
 _RING = const(24)  # units
 _CODE_FROM = const(4)  # units, in two zones
 _NEAR_COUNT = const(4)
@@ -102,8 +102,8 @@ class BlurredLines:
         self._read_depths(128, 0, 0, 127)
         kernels.deepest(self._depths, 0, 0, 128, _APART, self._result)
         self.angle_turn16 = self._result[0] << 9
-        self.depth = self._result[1] - _BIAS
-        self.rival = self._result[2] - _BIAS
+        self.depth = self._result[1] - _DEPTH_BIAS
+        self.rival = self._result[2] - _DEPTH_BIAS
         return True
 
     def refine_orientation(self, frame, rings, turns):
@@ -133,7 +133,7 @@ class BlurredLines:
 
     def _depth_at_middle(self):
         self._read_depths(_AROUND, self._start_turn16(), _MIDDLE, _MIDDLE)
-        return self._depths[_MIDDLE] - _BIAS
+        return self._depths[_MIDDLE] - _DEPTH_BIAS
 
     def measure_beyond(self, frame, rings):
         """Measures how much more than its skirt of the line lies beyond its end, as far as that is seen."""

@@ -27,7 +27,7 @@ _GOOD_MATCH = const(640)
 _LEAST_SECTORS = const(12)  # of 32 that must agree, and
 _LEAST_COARSE = const(6)  # of 16
 _FLOOR_Q10 = const(96)  # a sector this close to the fit is never an outlier
-_SHAPE_Q14 = const(3500)  # strongest ellipse and perspective
+_STRONGEST_Q14 = const(3500)  # strongest ellipse and perspective
 _APART_Q10 = const(10000)  # the rings' centres differ by less, or they are not one marker's
 _NOISE = const(150)  # variance of that difference, in 128ths of the deviations' squares
 _ZERO = const(1048576)  # bias of what the kernels return
@@ -111,7 +111,7 @@ class BlurredRings:
             return 0
         self.e1 = ((result[3] - _ZERO) << 12) // radius_q8
         self.e2 = ((result[4] - _ZERO) << 12) // radius_q8
-        if max(abs(self.e1), abs(self.e2)) > _SHAPE_Q14:
+        if max(abs(self.e1), abs(self.e2)) > _STRONGEST_Q14:
             return 0
         return score
 
@@ -195,7 +195,7 @@ class BlurredRings:
         self.ratio_q10 = ((radius_q8 * 8 // 3 + inner_r) << 10) // max(1, (radius_q8 << 2) + outer_r)
         self.radius_q8 += ((outer_r * 3 + inner_r * 2) // 5 + 2) >> 2
         shape = max(max(abs(self.hx), abs(self.hy)), max(abs(self.e1), abs(self.e2)))
-        return shape <= _SHAPE_Q14 and 1024 <= self.radius_q8 <= 24000
+        return shape <= _STRONGEST_Q14 and 1024 <= self.radius_q8 <= 24000
 
     def _perspective_weight(self, x_q10, y_q10, outer, inner):
         """How much of the distance of the rings' centres is believed, 0..256, given their deviations."""

@@ -48,13 +48,13 @@ class Acceptance:
 
     def _hold(self, count):
         """Whether the first `count` rules hold far enough; the margin becomes that of the weakest."""
-        self.margin = kernels.weakest_rule(self._rules, 0, self.margin, count)
+        self.margin = kernels.weakest_rule(self._rules, self.margin, count)
         return self.margin >= self._margin_min
 
     def first_look(self, rings, deviation_q10):
         """Whether the rings are worth another look after their first passes, which left that deviation at
         most."""
-        return kernels.rings_plausible(rings.fit, 0, 0, rings.outer, rings.inner, deviation_q10)
+        return kernels.rings_plausible(rings.fit, rings.outer, rings.inner, deviation_q10)
 
     def rings(self, rings, radius_min_q8, radius_max_q8):
         """The verdict on the fitted rings alone; begins a new candidate."""
@@ -64,7 +64,7 @@ class Acceptance:
         if radius_q8 * 8 < radius_min_q8 * 7 or radius_q8 * 8 > radius_max_q8 * 9:
             return OUT_OF_RANGE
         count = kernels.rings_rules(
-            self._rules, 0, 0, rings.fit, rings.outer, rings.inner, rings.skipped_outer, rings.skipped_inner
+            self._rules, rings.fit, rings.outer, rings.inner, rings.skipped_outer, rings.skipped_inner
         )
         return ACCEPTED if count and self._hold(count) else POOR_RINGS
 
@@ -78,7 +78,7 @@ class Acceptance:
         marker_id = _IN_DOUBT
         if lines.code_inside:
             marker_id = kernels.code_rules(
-                self._rules, 0, 0, lines.code, rings.fit, rings.inner_means, lines.angle_turn16
+                self._rules, lines.code, rings.fit, rings.inner_means, lines.angle_turn16
             )
             if not self._hold(4):
                 return NOT_EMPTY

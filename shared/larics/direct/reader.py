@@ -35,7 +35,7 @@ class DirectReader:
             width, height, (family.inner_mm10 * 1024 + outer // 2) // outer, line_mm10 * 1024 // outer,
             radius_max_q8,
         )  # fmt: skip
-        self.lines = LineReader(width, height, family, line_mm10)
+        self.lines = LineReader(family, line_mm10)
         self.acceptance = Acceptance(allowed_ids, margin_min)
 
     def memory(self):

@@ -21,6 +21,26 @@ SECTORS = const(16)
 SKIP_OUTER = const(1)
 SKIP_INNER = const(2)
 
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_FIT_RADIUS_Q8 = const(6)
+_FIT_INNER_Q8 = const(7)
+_FIT_BULGE_COS = const(8)
+_FIT_BULGE_SIN = const(9)
+_FIT_X_Q10 = const(10)
+_FIT_Y_Q10 = const(11)
+_FIT_TRUE_X_Q10 = const(12)
+_FIT_TRUE_Y_Q10 = const(13)
+_FIT_AREA = const(14)
+_FIT_MOVED_Q10 = const(15)
+_FIT_INNER_Q10 = const(16)
+_FIT_LINE_Q10 = const(17)
+_FIT_GAP_Q10 = const(18)
+_FIT_BEYOND_Q8 = const(19)
+_FIT_WIDTH = const(20)
+_FIT_HEIGHT = const(21)
+_FIT_ITEMS = const(22)
+_RING_ITEMS = const(9)
+
 _SUPPORT_OUTER = const(7)  # edges that must agree on the coarse outer and inner radius
 _SUPPORT_INNER = const(4)
 _SUPPORT_LESS = const(2)  # by so many less, and one, where
@@ -39,8 +59,8 @@ class RingFit:
     true_x_q10, true_y_q10    projected centre of the marker, 1/1024 px
     moved_q10                 how far the last pass moved the rings, 1/1024 px
     area                      darkness times width of the rings' line, log units * px: what a line must show
-    fit                       the whole pose, items as in kernels.rings: FIT
-    outer, inner              harmonics of each ring in the last pass, its deviation, sectors and area
+    fit                       the whole pose, items as in kernels.layouts: FIT
+    outer, inner              kernels.layouts: RING of each ring in the last pass
     outer_means, inner_means  kernels.harmonics.ring_harmonics: residual and area of each sector
     skip                      bytearray(32): SKIP_* bits of the half sectors that a line disturbs;
     skipped_outer, skipped_inner    their numbers
@@ -48,7 +68,6 @@ class RingFit:
 
     def __init__(self, width, height, inner_q10, line_q10, radius_max_q8):
         self.width = width
-        self.height = height
         self.inner_q10 = inner_q10
         self.line_q10 = line_q10
         self.crossings = 0
@@ -57,16 +76,18 @@ class RingFit:
         self.inner_means = array("i", bytes(SECTORS * 8))
         self.distances = array("i", bytes(_DISTANCES * 4))
         self.bins = bytearray((radius_max_q8 >> 7) + 32)
-        self.outer = array("i", bytes(36))
-        self.inner = array("i", bytes(36))
-        self.fit = array("i", bytes(4 * kernels.FIT_ITEMS))
-        self.fit[kernels.INNER_Q10] = inner_q10
-        self.fit[kernels.LINE_Q10] = line_q10
-        self.fit[kernels.GAP_Q10] = (1024 - inner_q10) // 2
+        self.outer = array("i", bytes(4 * _RING_ITEMS))
+        self.inner = array("i", bytes(4 * _RING_ITEMS))
+        self.fit = array("i", bytes(4 * _FIT_ITEMS))
+        self.fit[_FIT_WIDTH] = width
+        self.fit[_FIT_HEIGHT] = height
+        self.fit[_FIT_INNER_Q10] = inner_q10
+        self.fit[_FIT_LINE_Q10] = line_q10
+        self.fit[_FIT_GAP_Q10] = (1024 - inner_q10) // 2
         # the true centre lies beyond the mean of the rings' centres by (1 + q^2) / (2 (1 - q^2)) of their
         # difference
         square = inner_q10 * inner_q10
-        self.fit[kernels.BEYOND_Q8] = ((1 << 20) + square) * 128 // ((1 << 20) - square)
+        self.fit[_FIT_BEYOND_Q8] = ((1 << 20) + square) * 128 // ((1 << 20) - square)
         self._sectors = array("i", bytes(SECTORS * 32))
         self._result = array("i", bytes(20))
         self.skipped_outer = self.skipped_inner = self.moved_q10 = 0
@@ -101,12 +122,12 @@ class RingFit:
     def start(self, x_q10, y_q10, radius_q8):
         """Begins the fit of a candidate."""
         fit = self.fit
-        fit[kernels.X_Q10] = x_q10 + kernels.BIAS
-        fit[kernels.Y_Q10] = y_q10 + kernels.BIAS
-        fit[kernels.RADIUS_Q8] = radius_q8
-        fit[kernels.INNER_Q8] = radius_q8 * self.inner_q10 >> 10
-        fit[kernels.BULGE_COS] = fit[kernels.BULGE_SIN] = kernels.BIAS
-        fit[kernels.AREA] = 0
+        fit[_FIT_X_Q10] = x_q10 + _BIAS
+        fit[_FIT_Y_Q10] = y_q10 + _BIAS
+        fit[_FIT_RADIUS_Q8] = radius_q8
+        fit[_FIT_INNER_Q8] = radius_q8 * self.inner_q10 >> 10
+        fit[_FIT_BULGE_COS] = fit[_FIT_BULGE_SIN] = _BIAS
+        fit[_FIT_AREA] = 0
         self.skip_lines(None)
 
     def skip_lines(self, lines):
@@ -129,20 +150,20 @@ class RingFit:
         outer = self.outer
         inner = self.inner
         sectors = self._sectors
-        if not kernels.begin_pass(fit, 0, 0, limit_q8, self.width, self.height):
+        if not kernels.begin_pass(fit, limit_q8):
             return False
         self.crossings += kernels.ring_crossings(
-            0, 0, 0, frame, LOG_GREY, self.width, self.height, fit, lines, ROOT, self.skip, sectors
+            0, 0, 0, frame, LOG_GREY, fit, lines, ROOT, self.skip, sectors
         )
         if not harmonics.ring_harmonics(
             0, 0, 0, sectors, self.outer_means, self.inner_means, tables.HARMONICS_4, rounds,
             _SECTOR_FLOOR_Q10, outer, inner,
         ):  # fmt: skip
             return False
-        holds = harmonics.end_pass(fit, 0, 0, outer, inner)
-        self.radius_q8 = fit[kernels.RADIUS_Q8]
-        self.true_x_q10 = fit[kernels.TRUE_X_Q10] - kernels.BIAS
-        self.true_y_q10 = fit[kernels.TRUE_Y_Q10] - kernels.BIAS
-        self.moved_q10 = fit[kernels.MOVED_Q10]
-        self.area = fit[kernels.AREA]
+        holds = harmonics.end_pass(fit, outer, inner)
+        self.radius_q8 = fit[_FIT_RADIUS_Q8]
+        self.true_x_q10 = fit[_FIT_TRUE_X_Q10] - _BIAS
+        self.true_y_q10 = fit[_FIT_TRUE_Y_Q10] - _BIAS
+        self.moved_q10 = fit[_FIT_MOVED_Q10]
+        self.area = fit[_FIT_AREA]
         return holds

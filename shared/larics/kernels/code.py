@@ -9,26 +9,53 @@ try:
 except ImportError:
     from larics._cpython import const, micropython, ptr8, ptr16, ptr32
 
-_BIAS = const(1 << 24)  # what may be negative is stored with this added: ptr32 loads differ in their sign
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_FIT_RADIUS_Q8 = const(6)
+_FIT_TRUE_X_Q10 = const(12)
+_FIT_TRUE_Y_Q10 = const(13)
+_FIT_AREA = const(14)
+_FIT_WIDTH = const(20)
+_FIT_HEIGHT = const(21)
+_SHAPE_WINDOW = const(2)
+_SHAPE_LINE = const(3)
+_SHAPE_CODE_FIRST = const(11)
+_SHAPE_CODE_LAST = const(12)
+_SHAPE_CODE_RADII = const(13)
+_SHAPE_CODE_OPENING = const(14)
+_POSITION_NEAR = const(0)
+_POSITION_FAR = const(1)
+_POSITION_NEAR_MEAN = const(2)
+_POSITION_FAR_MEAN = const(3)
+_POSITION_LEVEL = const(4)
+_POSITION_ITEMS = const(5)
 
 
 @micropython.viper
 def code_positions(
-    position: int, x: int, y: int, image: ptr8, log: ptr16, circle: ptr16, width: int, height: int, cx: int,
-    cy: int, angle: int, first: int, pitch: int, radii: int, window: int, opening: int, clip: int,
-    area_unit: int, result: ptr32,
+    position: int, x: int, y: int, image: ptr8, log: ptr16, circle: ptr16, fit: ptr32, shape: ptr32,
+    angle: int, result: ptr32,
 ) -> int:  # fmt: skip
-    """What lies at eight positions around (cx, cy), 45 degrees apart, counterclockwise as seen.
+    """What lies at eight positions around the centre, 45 degrees apart, counterclockwise as seen.
 
-    At `radii` (even, 2..16) radii from `first` in steps of `pitch`, nine interpolated samples across the
-    position, as far as `window` to both sides but at most opening/256 of the radius; all 1/256 px, the
-    farthest sample within 32768 of the centre. The baseline is the darker of the two ends. angle: of the
-    first position, clockwise, 0..65535 of a turn; circle: fixed.COSINE; clip: log units; area_unit: 1..65535,
-    log units * px.
-    result, for each position: area of the nearer half of the radii below the darker end, of the farther half,
-    both again below the mean of the ends (+ BIAS, may be negative), all as 256ths of area_unit; mean of the
-    ends.
+    At the radii that `shape` (SHAPE) gives, nine interpolated samples across the position, as far as half the
+    line and its window to both sides, but at most the opening; the farthest sample within 32768/256 px of the
+    centre. The baseline is the darker of the two ends. fit: FIT, area 0..2**20; angle: of the first position,
+    clockwise, 0..65535 of a turn; circle: fixed.COSINE.
+    result: POSITION for each position.
     Returns 1, or 0 when a sample would lie outside the frame."""
+    width = int(fit[_FIT_WIDTH])
+    height = int(fit[_FIT_HEIGHT])
+    cx = (int(fit[_FIT_TRUE_X_Q10]) - (_BIAS - 2)) >> 2
+    cy = (int(fit[_FIT_TRUE_Y_Q10]) - (_BIAS - 2)) >> 2
+    outer = int(fit[_FIT_RADIUS_Q8])
+    line = (outer * int(shape[_SHAPE_LINE])) >> 10
+    window = (line >> 1) + ((outer * int(shape[_SHAPE_WINDOW])) >> 11)
+    opening = int(shape[_SHAPE_CODE_OPENING])
+    radii = int(shape[_SHAPE_CODE_RADII])
+    first = (outer * int(shape[_SHAPE_CODE_FIRST])) >> 10
+    pitch = (((outer * int(shape[_SHAPE_CODE_LAST])) >> 10) - first) // (radii - 1)
+    clip = (int(fit[_FIT_AREA]) << 5) // line
+    unit = (int(fit[_FIT_AREA]) + 1) * (radii >> 1)
     index = angle >> 8
     fraction = angle & 255
     cosine = int(circle[index])
@@ -36,9 +63,8 @@ def code_positions(
     index = (index + 64) & 255
     sine = int(circle[index])
     sine = 32768 - sine - (((int(circle[index + 1]) - sine) * fraction) >> 8)
-    unit = area_unit * (radii >> 1)
     slot = 0
-    while slot < 40:
+    while slot < 8 * _POSITION_ITEMS:
         near_area = 0
         near_mean = 0
         area = 0
@@ -55,13 +81,13 @@ def code_positions(
             dy = (cosine * spacing) >> 14
             x = cx + ((radius * cosine) >> 14) - (dx << 2)
             y = cy + ((radius * sine) >> 14) - (dy << 2)
-            base = x + (dx << 3)
-            end = y + (dy << 3)
-            if x < 0 or y < 0 or base < 0 or end < 0:
+            end_x = x + (dx << 3)
+            end_y = y + (dy << 3)
+            if x < 0 or y < 0 or end_x < 0 or end_y < 0:
                 return 0
-            if (x >> 8) + 1 >= width or (base >> 8) + 1 >= width:
+            if (x >> 8) + 1 >= width or (end_x >> 8) + 1 >= width:
                 return 0
-            if (y >> 8) + 1 >= height or (end >> 8) + 1 >= height:
+            if (y >> 8) + 1 >= height or (end_y >> 8) + 1 >= height:
                 return 0
             # the samples of the line between the two ends, which make the baseline
             base = 0
@@ -83,15 +109,15 @@ def code_positions(
                 x += dx
                 y += dy
                 i += 1
-            end = value
-            sum = sum - base - end
-            level += base + end
-            mean += (((base + end) * 7 >> 1) - sum) * spacing
-            if end < base:
-                base = end
-            sum = (base - clip) * 7 - sum
-            if sum > 0:
-                area += sum * spacing
+            # of the last sample
+            sum = sum - base - value
+            level += base + value
+            mean += (((base + value) * 7 >> 1) - sum) * spacing
+            if value < base:
+                base = value
+            deeper = (base - clip) * 7 - sum
+            if deeper > 0:
+                area += deeper * spacing
             radius += pitch
             left -= 1
             if left + left == radii:
@@ -99,13 +125,13 @@ def code_positions(
                 near_mean = mean
                 area = 0
                 mean = 0
-        result[slot] = near_area // unit
-        result[slot + 1] = area // unit
-        result[slot + 2] = near_mean // unit + _BIAS
-        result[slot + 3] = mean // unit + _BIAS
-        result[slot + 4] = level // (radii + radii)
-        slot += 5
-        value = ((cosine + sine) * 11585) >> 14
+        result[slot + _POSITION_NEAR] = near_area // unit
+        result[slot + _POSITION_FAR] = area // unit
+        result[slot + _POSITION_NEAR_MEAN] = near_mean // unit + _BIAS
+        result[slot + _POSITION_FAR_MEAN] = mean // unit + _BIAS
+        result[slot + _POSITION_LEVEL] = level // (radii + radii)
+        slot += _POSITION_ITEMS
+        turned = ((cosine + sine) * 11585) >> 14
         sine = ((sine - cosine) * 11585) >> 14
-        cosine = value
+        cosine = turned
     return 1

@@ -5,31 +5,55 @@ Angles count clockwise from x, because y points down. Darkness is in units of ta
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_FIT_RADIUS_Q8 = const(6)
+_FIT_TRUE_X_Q10 = const(12)
+_FIT_TRUE_Y_Q10 = const(13)
+_FIT_WIDTH = const(20)
+_FIT_HEIGHT = const(21)
+_SHAPE_AROUND_FIRST = const(7)
+_SHAPE_AROUND_LAST = const(8)
+_SHAPE_AROUND_SAMPLES = const(9)
+_SHAPE_AROUND_STRIDE = const(10)
 
 
 @micropython.viper
 def annulus_profile(
-    image: ptr8, x: int, y: int, total: int, log: ptr16, cosine: ptr16, width: int, height: int, cx: int,
-    cy: int, first: int, pitch: int, samples: int, stride: int, profile: ptr16,
+    image: ptr8, x: int, y: int, total: int, log: ptr16, circle: ptr16, fit: ptr32, shape: ptr32,
+    profile: ptr16,
 ) -> int:  # fmt: skip
-    """profile[k] = 1 + sum of the log greys of `samples` nearest pixels in direction k * stride / 256 turn.
+    """profile[k] = 1 + sum of the log greys of nearest pixels around the rings in direction k * stride / 256.
 
-    cx, cy, first (radius) and pitch (between samples) in 1/256 px, radii below 32768; samples 1..16; 256 //
-    stride items; 0 where a sample would lie outside the frame. Returns the number of directions inside the
-    frame."""
+    fit: FIT; shape: SHAPE, radii, samples in each direction and stride; circle: fixed.COSINE. 256 // stride
+    items; 0 where a sample would lie outside the frame. Returns the number of directions inside the frame, 0
+    when the centre lies outside."""
+    width = int(fit[_FIT_WIDTH])
+    height = int(fit[_FIT_HEIGHT])
+    cx = (int(fit[_FIT_TRUE_X_Q10]) - (_BIAS - 2)) >> 2
+    cy = (int(fit[_FIT_TRUE_Y_Q10]) - (_BIAS - 2)) >> 2
+    if cx < 0 or cy < 0 or (cx >> 8) >= width or (cy >> 8) >= height:
+        return 0
+    radius = int(fit[_FIT_RADIUS_Q8])
+    samples = int(shape[_SHAPE_AROUND_SAMPLES])
+    stride = int(shape[_SHAPE_AROUND_STRIDE])
+    first = (radius * int(shape[_SHAPE_AROUND_FIRST])) >> 10
+    pitch = (((radius * int(shape[_SHAPE_AROUND_LAST])) >> 10) - first) // (samples - 1)
     # without a test for each direction when the whole annulus lies inside the frame
-    x = (first + pitch * samples) >> 8
+    reach = (first + pitch * samples) >> 8
     near_border = 1
-    if (cx >> 8) > x and (cy >> 8) > x and (cx >> 8) + x + 2 < width and (cy >> 8) + x + 2 < height:
-        near_border = 0
+    if (cx >> 8) > reach and (cy >> 8) > reach:
+        if (cx >> 8) + reach + 2 < width and (cy >> 8) + reach + 2 < height:
+            near_border = 0
     inside = 0
     k = 0
     slot = 0
     while k < 256:
-        dx = int(cosine[k]) - 32768
-        dy = 32768 - int(cosine[k + 64])
+        dx = int(circle[k]) - 32768
+        dy = 32768 - int(circle[k + 64])
         x = cx + 128 + ((first * dx) >> 14)
         y = cy + 128 + ((first * dy) >> 14)
         dx = (pitch * dx) >> 14

@@ -9,35 +9,41 @@ try:
 except ImportError:
     from larics._cpython import const, micropython, ptr8, ptr32
 
-BIAS = const(1 << 24)  # what may be negative is stored with this added: ptr32 loads differ in their sign
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_FIT_X_Q8 = const(0)
+_FIT_Y_Q8 = const(1)
+_FIT_RADIUS_Q8 = const(6)
+_FIT_INNER_Q8 = const(7)
+_FIT_BULGE_COS = const(8)
+_FIT_BULGE_SIN = const(9)
+_FIT_X_Q10 = const(10)
+_FIT_Y_Q10 = const(11)
+_FIT_TRUE_X_Q10 = const(12)
+_FIT_TRUE_Y_Q10 = const(13)
+_FIT_AREA = const(14)
+_FIT_MOVED_Q10 = const(15)
+_FIT_INNER_Q10 = const(16)
+_FIT_BEYOND_Q8 = const(19)
+_RING_CONSTANT = const(0)
+_RING_COS = const(1)
+_RING_SIN = const(2)
+_RING_COS_2 = const(3)
+_RING_SIN_2 = const(4)
+_RING_DEVIATION = const(5)
+_RING_USED = const(6)
+_RING_INSIDE = const(7)
+_RING_MEAN_AREA = const(8)
 
-# items of a ring's harmonics, after the five coefficients (+ BIAS)
-DEVIATION = const(5)
-USED = const(6)
-INSIDE = const(7)
-MEAN_AREA = const(8)
-
-_X_Q8 = const(0)  # items as in kernels.rings: FIT
-_Y_Q8 = const(1)
-_RADIUS_Q8 = const(6)
-_INNER_Q8 = const(7)
-_BULGE_COS = const(8)
-_BULGE_SIN = const(9)
-_X_Q10 = const(10)
-_Y_Q10 = const(11)
-_TRUE_X_Q10 = const(12)
-_TRUE_Y_Q10 = const(13)
-_AREA = const(14)
-_MOVED_Q10 = const(15)
-_INNER_Q10 = const(16)
-_BEYOND_Q8 = const(19)
-
+_OUTLIER = const(4)  # mean deviations from the harmonics, from where on a sector is left out
+_USED_LEAST = const(5)  # sectors of a ring, and half of those with crossings
 _APART_Q10 = const(3000)  # the rings' centres differ by less, or they are not one marker's
+_NOISE = const(50)  # variance of that difference, in 128ths of the deviations' squares
+_PRIOR = const(230400)  # the smaller, the farther apart the rings' centres are expected anyway
 
 
 @micropython.viper
 def ring_harmonics(
-    slot: int, i: int, residual: int, sectors: ptr32, outer_means: ptr32, inner_means: ptr32, units: ptr8,
+    work: int, i: int, residual: int, sectors: ptr32, outer_means: ptr32, inner_means: ptr32, units: ptr8,
     rounds: int, floor: int, outer: ptr32, inner: ptr32,
 ) -> int:  # fmt: skip
     """Harmonics 0..2 of both rings' residuals over 16 sectors, with outliers left out; clears the sectors.
@@ -46,9 +52,8 @@ def ring_harmonics(
     from the harmonics, are left out; repeated projection (at most `rounds` times, 1..8) makes up for the
     gaps. sectors: as in `ring_crossings`, up to 255 crossings each; *_means: 32 items of scratch space each
     (second half: mean area of each sector + 1, or 0 where there was none); units: tables.HARMONICS_4.
-    outer, inner: constant, cos, sin, cos 2, sin 2 (1/1024 px, + BIAS), mean deviation (1/1024 px), sectors
-    used, sectors with crossings, mean area of the used ones. Returns 1, or 0 when of either ring fewer than
-    five or half of the sectors with crossings were used."""
+    outer, inner: RING; work: a register for what is used at once. Returns 1, or 0 when of either ring fewer
+    than five or half of the sectors with crossings were used."""
     holds = 1
     ring = 0
     while ring < 2:
@@ -63,11 +68,11 @@ def ring_harmonics(
         while i < 16:
             means[i] = 0
             means[i + 16] = 0
-            residual = int(sectors[slot])
-            if residual > 0:
+            crossings = int(sectors[slot])
+            if crossings > 0:
                 inside += 1
-                means[i + 16] = int(sectors[slot + 1]) // residual + 1
-                if int(sectors[slot + 2]) * 2 >= residual:
+                means[i + 16] = int(sectors[slot + 1]) // crossings + 1
+                if int(sectors[slot + 2]) * 2 >= crossings:
                     means[i] = int(sectors[slot + 3]) // int(sectors[slot + 2])
                 sectors[slot] = 0
                 sectors[slot + 1] = 0
@@ -113,24 +118,24 @@ def ring_harmonics(
                     residual = int(means[i])
                     if residual > 0:
                         residual = residual - a0 - ((model1 + model2) >> 7)
-                        slot = residual
-                        if slot < 0:
-                            slot = 0 - slot
-                        if slot < limit:
+                        work = residual
+                        if work < 0:
+                            work = 0 - work
+                        if work < limit:
                             used += 1
                             s0 += residual
-                            deviation += slot
-                            if slot > largest:
-                                largest = slot
+                            deviation += work
+                            if work > largest:
+                                largest = work
                         else:
                             residual = 0
-                    slot = fold_a
+                    work = fold_a
                     fold_a = residual - fold_b
-                    fold_b = slot
+                    fold_b = work
                     fold_2 = residual - fold_2
-                    slot = model1
+                    work = model1
                     model1 = next1
-                    next1 = 0 - slot
+                    next1 = 0 - work
                     model2 = 0 - model2
                     i -= 4
                 sa1 += fold_a * ca1 - fold_b * cb1
@@ -140,13 +145,13 @@ def ring_harmonics(
                 unit += 4
             if used > 0:
                 a0 += s0 // used
-                i = used << 6
-                a1 += sa1 // i
-                b1 += sb1 // i
-                a2 += sa2 // i
-                b2 += sb2 // i
+                units_used = used << 6
+                a1 += sa1 // units_used
+                b1 += sb1 // units_used
+                a2 += sa2 // units_used
+                b2 += sb2 // units_used
                 deviation = deviation // used
-            limit = deviation * 4
+            limit = deviation * _OUTLIER
             if limit < floor:
                 limit = floor
             if used == 16 and largest < limit and turn > 1:
@@ -161,76 +166,76 @@ def ring_harmonics(
             i += 1
         if counted < 1:
             counted = 1
-        result[0] = a0 - 32768 + BIAS
-        result[1] = a1 + BIAS
-        result[2] = b1 + BIAS
-        result[3] = a2 + BIAS
-        result[4] = b2 + BIAS
-        result[5] = deviation
-        result[6] = used
-        result[7] = inside
-        result[8] = area // counted
-        if used < 5 or used + used < inside:
+        result[_RING_CONSTANT] = a0 - 32768 + _BIAS
+        result[_RING_COS] = a1 + _BIAS
+        result[_RING_SIN] = b1 + _BIAS
+        result[_RING_COS_2] = a2 + _BIAS
+        result[_RING_SIN_2] = b2 + _BIAS
+        result[_RING_DEVIATION] = deviation
+        result[_RING_USED] = used
+        result[_RING_INSIDE] = inside
+        result[_RING_MEAN_AREA] = area // counted
+        if used < _USED_LEAST or used + used < inside:
             holds = 0
         ring += 1
     return holds
 
 
 @micropython.viper
-def end_pass(fit: ptr32, value: int, radius: int, outer: ptr32, inner: ptr32) -> int:
+def end_pass(fit: ptr32, outer: ptr32, inner: ptr32) -> int:
     """Moves the pose by the harmonics of both rings (`ring_harmonics`) and corrects for perspective.
 
     Both rings weigh the same. The true centre lies beyond the mean of the rings' centres, by a factor of
-    their difference which is weighted by how sure the difference is. Returns 1, or 0 when the rings' centres
-    are so far apart that they cannot be one marker's."""
-    radius = int(fit[_RADIUS_Q8])
-    fit[_AREA] = (int(outer[MEAN_AREA]) + int(inner[MEAN_AREA])) >> 1
-    dx = int(outer[1]) + int(inner[1]) - BIAS - BIAS
-    dy = int(outer[2]) + int(inner[2]) - BIAS - BIAS
-    x = (int(fit[_X_Q8]) << 2) + (dx >> 1)
-    y = (int(fit[_Y_Q8]) << 2) + (dy >> 1)
-    fit[_X_Q10] = x + BIAS
-    fit[_Y_Q10] = y + BIAS
-    growth = int(outer[0]) - BIAS
-    value = growth << 1
-    if value < 0:
-        value = 0 - value
+    their difference which is weighted by how sure the difference is. fit: FIT; outer, inner: RING. Returns 1,
+    or 0 when the rings' centres are so far apart that they cannot be one marker's."""
+    fit[_FIT_AREA] = (int(outer[_RING_MEAN_AREA]) + int(inner[_RING_MEAN_AREA])) >> 1
+    dx = int(outer[_RING_COS]) + int(inner[_RING_COS]) - _BIAS - _BIAS
+    dy = int(outer[_RING_SIN]) + int(inner[_RING_SIN]) - _BIAS - _BIAS
+    x = (int(fit[_FIT_X_Q8]) << 2) + (dx >> 1)
+    y = (int(fit[_FIT_Y_Q8]) << 2) + (dy >> 1)
+    fit[_FIT_X_Q10] = x + _BIAS
+    fit[_FIT_Y_Q10] = y + _BIAS
+    growth = int(outer[_RING_CONSTANT]) - _BIAS
+    moved = growth << 1
+    if moved < 0:
+        moved = 0 - moved
     if dx < 0:
         dx = 0 - dx
     if dy < 0:
         dy = 0 - dy
-    if dx > value:
-        value = dx
-    if dy > value:
-        value = dy
-    fit[_MOVED_Q10] = value >> 1
-    radius += (growth + 2) >> 2
-    fit[_RADIUS_Q8] = radius
-    fit[_INNER_Q8] = int(fit[_INNER_Q8]) + ((int(inner[0]) - (BIAS - 2)) >> 2)
-    ratio = int(fit[_INNER_Q10])
-    value = int(outer[3]) - BIAS + ((int(inner[3]) - BIAS) << 10) // ratio
-    fit[_BULGE_COS] = int(fit[_BULGE_COS]) + (value >> 1)
-    value = int(outer[4]) - BIAS + ((int(inner[4]) - BIAS) << 10) // ratio
-    fit[_BULGE_SIN] = int(fit[_BULGE_SIN]) + (value >> 1)
-    dx = int(outer[1]) - int(inner[1])
-    dy = int(outer[2]) - int(inner[2])
-    if dx >= _APART_Q10 or dx <= 0 - _APART_Q10 or dy >= _APART_Q10 or dy <= 0 - _APART_Q10:
+    if dx > moved:
+        moved = dx
+    if dy > moved:
+        moved = dy
+    fit[_FIT_MOVED_Q10] = moved >> 1
+    radius = int(fit[_FIT_RADIUS_Q8]) + ((growth + 2) >> 2)
+    fit[_FIT_RADIUS_Q8] = radius
+    fit[_FIT_INNER_Q8] = int(fit[_FIT_INNER_Q8]) + ((int(inner[_RING_CONSTANT]) - (_BIAS - 2)) >> 2)
+    ratio = int(fit[_FIT_INNER_Q10])
+    bulge = int(outer[_RING_COS_2]) - _BIAS + ((int(inner[_RING_COS_2]) - _BIAS) << 10) // ratio
+    fit[_FIT_BULGE_COS] = int(fit[_FIT_BULGE_COS]) + (bulge >> 1)
+    bulge = int(outer[_RING_SIN_2]) - _BIAS + ((int(inner[_RING_SIN_2]) - _BIAS) << 10) // ratio
+    fit[_FIT_BULGE_SIN] = int(fit[_FIT_BULGE_SIN]) + (bulge >> 1)
+    apart_x = int(outer[_RING_COS]) - int(inner[_RING_COS])
+    apart_y = int(outer[_RING_SIN]) - int(inner[_RING_SIN])
+    if apart_x >= _APART_Q10 or apart_x <= 0 - _APART_Q10:
         return 0
-    value = int(outer[DEVIATION])
-    noise = int(inner[DEVIATION])
-    if value > 3200:
-        value = 3200
-    if noise > 3200:
-        noise = 3200
-    noise = (((value * value + noise * noise) * 50) >> 7) + 4
+    if apart_y >= _APART_Q10 or apart_y <= 0 - _APART_Q10:
+        return 0
+    off_outer = int(outer[_RING_DEVIATION])
+    off_inner = int(inner[_RING_DEVIATION])
+    if off_outer > 3200:
+        off_outer = 3200
+    if off_inner > 3200:
+        off_inner = 3200
+    noise = (((off_outer * off_outer + off_inner * off_inner) * _NOISE) >> 7) + 4
     # the distance of the centres that is expected anyway
-    prior = ((radius >> 4) * (radius >> 4) << 5) // 230400
-    signal = dx * dx + dy * dy - noise
+    prior = ((radius >> 4) * (radius >> 4) << 5) // _PRIOR
+    signal = apart_x * apart_x + apart_y * apart_y - noise
     if signal < prior * prior:
         signal = prior * prior + 1
     signal = (signal >> 4) + 1
-    value = (signal << 8) // (signal + (noise >> 4))
-    value = value * int(fit[_BEYOND_Q8])
-    fit[_TRUE_X_Q10] = x - ((dx * value + 32768) >> 16) + BIAS
-    fit[_TRUE_Y_Q10] = y - ((dy * value + 32768) >> 16) + BIAS
+    beyond = (signal << 8) // (signal + (noise >> 4)) * int(fit[_FIT_BEYOND_Q8])
+    fit[_FIT_TRUE_X_Q10] = x - ((apart_x * beyond + 32768) >> 16) + _BIAS
+    fit[_FIT_TRUE_Y_Q10] = y - ((apart_y * beyond + 32768) >> 16) + _BIAS
     return 1

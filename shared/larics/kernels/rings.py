@@ -11,48 +11,47 @@ try:
 except ImportError:
     from larics._cpython import const, micropython, ptr8, ptr16, ptr32
 
-# FIT: items of the array that holds the pose of a candidate and what a pass takes from it
-X_Q8 = const(0)  # centre used for the last pass
-Y_Q8 = const(1)
-WINDOW_Q8 = const(2)  # to both sides of a ring
-CLIP = const(3)  # log units
-LEAST_AREA = const(4)  # that a crossing must have to count
-LIMIT_Q10 = const(5)  # largest residual that counts
-RADIUS_Q8 = const(6)
-INNER_Q8 = const(7)
-BULGE_COS = const(8)  # second harmonic of the outer radius, 1/1024 px; + BIAS
-BULGE_SIN = const(9)
-X_Q10 = const(10)  # centre, mean of the rings'; + BIAS
-Y_Q10 = const(11)
-TRUE_X_Q10 = const(12)  # centre with the correction for perspective; + BIAS
-TRUE_Y_Q10 = const(13)
-AREA = const(14)  # darkness times width of the rings' line, log units * px; 0 before the first pass
-MOVED_Q10 = const(15)  # by the last pass
-INNER_Q10 = const(16)  # the marker's geometry, outer radius 1024: radius of the inner ring,
-LINE_Q10 = const(17)  # width of the lines,
-GAP_Q10 = const(18)  # half the gap between the rings
-BEYOND_Q8 = const(19)  # of the rings' centres' difference, how far the true centre is beyond their mean
-FIT_ITEMS = const(20)
-
-BIAS = const(1 << 24)  # what may be negative is stored with this added: ptr32 loads differ in their sign
+# items as in kernels.layouts
+_BIAS = const(1 << 24)
+_FIT_X_Q8 = const(0)
+_FIT_Y_Q8 = const(1)
+_FIT_WINDOW_Q8 = const(2)
+_FIT_CLIP = const(3)
+_FIT_LEAST_AREA = const(4)
+_FIT_LIMIT_Q10 = const(5)
+_FIT_RADIUS_Q8 = const(6)
+_FIT_BULGE_COS = const(8)
+_FIT_BULGE_SIN = const(9)
+_FIT_X_Q10 = const(10)
+_FIT_Y_Q10 = const(11)
+_FIT_AREA = const(14)
+_FIT_INNER_Q10 = const(16)
+_FIT_LINE_Q10 = const(17)
+_FIT_GAP_Q10 = const(18)
+_FIT_WIDTH = const(20)
+_FIT_HEIGHT = const(21)
+_POSITION_NEAR_MEAN = const(2)
+_POSITION_FAR_MEAN = const(3)
+_POSITION_ITEMS = const(5)
 
 
 @micropython.viper
-def begin_pass(fit: ptr32, window: int, area: int, limit: int, width: int, height: int) -> int:
+def begin_pass(fit: ptr32, limit: int) -> int:
     """Sets what a pass over both rings takes from the pose so far; `limit` as in `RingFit.refine`.
 
-    fit: see `FIT`; radii up to 20480, area 0..2**20. Returns 1, or 0 when the outer radius is below 6 px or
-    the centre outside the frame."""
-    window = (int(fit[X_Q10]) - (BIAS - 2)) >> 2
-    area = (int(fit[Y_Q10]) - (BIAS - 2)) >> 2
-    if window < 0 or area < 0 or (window >> 8) >= width or (area >> 8) >= height:
+    fit: FIT, radii up to 20480, area 0..2**20. Returns 1, or 0 when the outer radius is below 6 px or the
+    centre outside the frame."""
+    x = (int(fit[_FIT_X_Q10]) - (_BIAS - 2)) >> 2
+    y = (int(fit[_FIT_Y_Q10]) - (_BIAS - 2)) >> 2
+    if x < 0 or y < 0 or (x >> 8) >= int(fit[_FIT_WIDTH]) or (y >> 8) >= int(fit[_FIT_HEIGHT]):
         return 0
-    if int(fit[RADIUS_Q8]) < 1536:
+    radius = int(fit[_FIT_RADIUS_Q8])
+    if radius < 1536:
         return 0
-    fit[X_Q8] = window
-    fit[Y_Q8] = area
+    fit[_FIT_X_Q8] = x
+    fit[_FIT_Y_Q8] = y
     # to the middle of the gap between the rings; with large rings, less of it will do
-    window = (int(fit[RADIUS_Q8]) * int(fit[GAP_Q10])) >> 10
+    window = (radius * int(fit[_FIT_GAP_Q10])) >> 10
     if window < 300:
         window = 300
     if window > 640:
@@ -61,50 +60,51 @@ def begin_pass(fit: ptr32, window: int, area: int, limit: int, width: int, heigh
             window = 640
         if window > 3584:
             window = 3584
-    fit[WINDOW_Q8] = window
-    fit[LIMIT_Q10] = (window * limit) >> 6
-    window = (int(fit[RADIUS_Q8]) * int(fit[LINE_Q10])) >> 10
-    area = int(fit[AREA])
+    fit[_FIT_WINDOW_Q8] = window
+    fit[_FIT_LIMIT_Q10] = (window * limit) >> 6
+    line = (radius * int(fit[_FIT_LINE_Q10])) >> 10
+    area = int(fit[_FIT_AREA])
     if area > 0:
         # later passes clip an eighth of the depth
-        fit[CLIP] = (area << 5) // window
-        fit[LEAST_AREA] = (area * 3) >> 3
+        fit[_FIT_CLIP] = (area << 5) // line
+        fit[_FIT_LEAST_AREA] = (area * 3) >> 3
     else:
-        fit[CLIP] = 8
-        fit[LEAST_AREA] = (window * 12) >> 8  # about 4 of 100 grey levels deep
+        fit[_FIT_CLIP] = 8
+        fit[_FIT_LEAST_AREA] = (line * 12) >> 8  # about 4 of 100 grey levels deep
     return 1
 
 
 @micropython.viper
 def ring_crossings(
-    position: int, value: int, base: int, image: ptr8, log: ptr16, width: int, height: int, fit: ptr32,
-    lines: int, roots: ptr16, skip: ptr8, sectors: ptr32,
+    position: int, value: int, base: int, image: ptr8, log: ptr16, fit: ptr32, lines: int, roots: ptr16,
+    skip: ptr8, sectors: ptr32,
 ) -> int:  # fmt: skip
     """Where pixel rows (within 45 degrees of x) and columns (the others) cross the dark lines of both rings.
 
     Each crossing is the centroid of what is darker than the straight line between the window's ends by more
-    than a clip; no pixel is interpolated. `fit` as `begin_pass` left it: centre inside the frame, radii
+    than a clip; no pixel is interpolated. fit: FIT as `begin_pass` left it: centre inside the frame, radii
     (1024..20480) and window (half width, 256..radius / 4) in 1/256 px, bulge (+-8192) and largest residual
     that counts in 1/1024 px, clip and smallest darkness times width that counts (log units * px). lines:
     crossings a quarter ring, about; roots: tables.ROOT. sectors: 16 of the outer and 16 of the inner ring x
     (crossings inside the frame, their area, those that count, sum of residual + 32768 in 1/1024 px) are
     added to. Returns the number of crossings tried."""
-    cx = int(fit[X_Q8])
-    cy = int(fit[Y_Q8])
-    window = int(fit[WINDOW_Q8])
-    clip = int(fit[CLIP])
-    limit = int(fit[LIMIT_Q10])
-    least_area = int(fit[LEAST_AREA])
+    width = int(fit[_FIT_WIDTH])
+    height = int(fit[_FIT_HEIGHT])
+    cx = int(fit[_FIT_X_Q8])
+    cy = int(fit[_FIT_Y_Q8])
+    window = int(fit[_FIT_WINDOW_Q8])
+    clip = int(fit[_FIT_CLIP])
+    limit = int(fit[_FIT_LIMIT_Q10])
+    least_area = int(fit[_FIT_LEAST_AREA])
     measured = 0
     ring = 0
     while ring < 2:
-        radius = int(fit[RADIUS_Q8 + ring])
-        bulge_cos = int(fit[BULGE_COS]) - BIAS
-        bulge_sin = int(fit[BULGE_SIN]) - BIAS
+        radius = int(fit[_FIT_RADIUS_Q8 + ring])
+        bulge_cos = int(fit[_FIT_BULGE_COS]) - _BIAS
+        bulge_sin = int(fit[_FIT_BULGE_SIN]) - _BIAS
         if ring:
-            value = int(fit[INNER_Q10])
-            bulge_cos = (bulge_cos * value) >> 10
-            bulge_sin = (bulge_sin * value) >> 10
+            bulge_cos = (bulge_cos * int(fit[_FIT_INNER_Q10])) >> 10
+            bulge_sin = (bulge_sin * int(fit[_FIT_INNER_Q10])) >> 10
         step = ((radius * 362) >> 16) // lines
         if step < 1:
             step = 1
@@ -126,9 +126,9 @@ def ring_crossings(
                 centre_along = cx
                 rows = height
                 pixels = width
-            last = (radius * 181) >> 16
-            line = ((centre + 128) >> 8) - last
-            last = line + last + last
+            reach = (radius * 181) >> 16
+            line = ((centre + 128) >> 8) - reach
+            last = line + reach + reach
             while line < 0:
                 line += step
             if last >= rows:
@@ -193,11 +193,11 @@ def ring_crossings(
                             if value > 0:
                                 area += value
                             moment += area
-                        base = ((sector >> 1) << 2) + (ring << 6)
-                        position = (area * along_q10) >> 10
-                        sectors[base] = int(sectors[base]) + 1
-                        sectors[base + 1] = int(sectors[base + 1]) + position
-                        if position > least_area:
+                        slot = ((sector >> 1) << 2) + (ring << 6)
+                        line_area = (area * along_q10) >> 10
+                        sectors[slot] = int(sectors[slot]) + 1
+                        sectors[slot + 1] = int(sectors[slot + 1]) + line_area
+                        if line_area > least_area:
                             value = (((half + 1) * area - moment) << 10) // area
                             value += ((pixel << 8) - crossing) << 2
                             value = value * along_q10
@@ -205,8 +205,8 @@ def ring_crossings(
                                 value = 0 - value
                             value = ((value + 512) >> 10) - ((cos2 * bulge_cos + sin2 * bulge_sin) >> 10)
                             if value < limit and 0 - limit < value:
-                                sectors[base + 2] = int(sectors[base + 2]) + 1
-                                sectors[base + 3] = int(sectors[base + 3]) + value + 32768
+                                sectors[slot + 2] = int(sectors[slot + 2]) + 1
+                                sectors[slot + 3] = int(sectors[slot + 3]) + value + 32768
                     # the other side of the ring
                     sector = 15 - sector
                     if swap:
@@ -239,13 +239,13 @@ def skip_half_sectors(
     marked = 0
     line = 0
     while line < 4:
+        marks = bits
         if line and bits:
-            i = line * 10 + 2
-            if int(code[i]) + int(code[i + 1]) - (BIAS + BIAS) <= least:
-                i = 0
-        else:
-            i = bits
-        if i:
+            slot = line * 2 * _POSITION_ITEMS
+            value = int(code[slot + _POSITION_NEAR_MEAN]) + int(code[slot + _POSITION_FAR_MEAN])
+            if value - (_BIAS + _BIAS) <= least:
+                marks = 0
+        if marks:
             i = (angle + 65536 - reach) >> 11
             last = (angle + 65536 + reach) >> 11
             while i <= last:

@@ -1,0 +1,94 @@
+"""The items of every array that kernels and their callers share: one definition each.
+
+Compilers fold constants only within a module. So whoever uses an item repeats it there as `_NAME = const(n)`,
+and tools/check_rules.py compares these copies with this module, which no board ever loads. A name begins with
+its array's: FIT, SHAPE, ...
+
+Lengths are in px unless said otherwise; _Q8 and _Q10 are 1/256 and 1/1024 px. Items that may be negative are
+stored with BIAS added, because a negative load through ptr32 is signed on 32-bit boards alone.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+BIAS = const(1 << 24)
+
+# FIT, the pose of a candidate of the direct reader and what a pass over its rings takes from it
+FIT_X_Q8 = const(0)  # centre used for the last pass
+FIT_Y_Q8 = const(1)
+FIT_WINDOW_Q8 = const(2)  # to both sides of a ring
+FIT_CLIP = const(3)  # log units
+FIT_LEAST_AREA = const(4)  # that a crossing must have to count
+FIT_LIMIT_Q10 = const(5)  # largest residual that counts
+FIT_RADIUS_Q8 = const(6)  # of the outer ring, centre of its line;
+FIT_INNER_Q8 = const(7)  # of the inner one: the next item
+FIT_BULGE_COS = const(8)  # second harmonic of the outer radius, 1/1024 px, + BIAS
+FIT_BULGE_SIN = const(9)
+FIT_X_Q10 = const(10)  # centre, mean of the rings', + BIAS
+FIT_Y_Q10 = const(11)
+FIT_TRUE_X_Q10 = const(12)  # centre with the correction for perspective, + BIAS
+FIT_TRUE_Y_Q10 = const(13)
+FIT_AREA = const(14)  # darkness times width of the rings' line, log units * px; 0 before the first pass
+FIT_MOVED_Q10 = const(15)  # by the last pass
+FIT_INNER_Q10 = const(16)  # the marker's geometry for an outer radius of 1024: radius of the inner ring,
+FIT_LINE_Q10 = const(17)  # width of the lines,
+FIT_GAP_Q10 = const(18)  # half the gap between the rings
+FIT_BEYOND_Q8 = const(19)  # of the rings' centres' difference, how far the true centre is beyond their mean
+FIT_WIDTH = const(20)  # of the frame
+FIT_HEIGHT = const(21)
+FIT_ITEMS = const(22)
+
+# SHAPE, where a marker's lines are looked for; lengths for an outer radius of 1024, below 2048
+SHAPE_LINE_FIRST = const(0)  # orientation line: radii where its measuring begins and ends,
+SHAPE_LINE_LAST = const(1)
+SHAPE_WINDOW = const(2)  # half the window across it,
+SHAPE_LINE = const(3)  # width of all lines
+SHAPE_IN_LINE = const(4)  # radius of samples in the line,
+SHAPE_BEYOND = const(5)  # of those beyond its end,
+SHAPE_BESIDE = const(6)  # distance of samples beside it, below 512
+SHAPE_AROUND_FIRST = const(7)  # annulus in which a dark direction is looked for: radii,
+SHAPE_AROUND_LAST = const(8)
+SHAPE_AROUND_SAMPLES = const(9)  # samples in a direction, 2..16,
+SHAPE_AROUND_STRIDE = const(10)  # every so-manyth of 256 directions
+SHAPE_CODE_FIRST = const(11)  # coding lines: radii,
+SHAPE_CODE_LAST = const(12)
+SHAPE_CODE_RADII = const(13)  # number of radii, even, 2..16,
+SHAPE_CODE_OPENING = const(14)  # farthest sample across, 256ths of the radius
+SHAPE_ITEMS = const(15)
+
+# RING, the harmonics of one ring (harmonics.ring_harmonics); coefficients 1/1024 px, + BIAS
+RING_CONSTANT = const(0)
+RING_COS = const(1)
+RING_SIN = const(2)
+RING_COS_2 = const(3)
+RING_SIN_2 = const(4)
+RING_DEVIATION = const(5)  # mean, 1/1024 px
+RING_USED = const(6)  # sectors used, of 16,
+RING_INSIDE = const(7)  # with crossings
+RING_MEAN_AREA = const(8)  # of the used ones
+RING_ITEMS = const(9)
+
+# CROSSING, how pixel rows or columns cross the orientation line (lines.line_crossings)
+CROSSING_INSIDE = const(0)  # crossings inside the frame,
+CROSSING_OUTSIDE = const(1)  # outside
+CROSSING_AREA_SUM = const(2)
+CROSSING_COUNTED = const(3)  # with at least 3/8 of the rings' area
+CROSSING_ROTATION = const(4)  # 1/65536 turn, to be added to the clockwise angle; may be negative
+CROSSING_SLOPE = const(5)  # steepness of the centroids against the radius, 1/1024
+CROSSING_DISTANCE = const(6)  # mean distance of the centroids from the line, 1/1024 px
+CROSSING_AREA = const(7)  # mean area, 256 = as the rings'
+CROSSING_GAP = const(8)  # share of those with less than 3/8, 256 = all
+CROSSING_SLOPE_MOST = const(9)  # largest steepness to be expected
+CROSSING_ANGLE = const(10)  # corrected
+CROSSING_ITEMS = const(11)
+
+# POSITION, what lies at each of the eight positions inside the rings (code.code_positions); areas: 256 = as
+# the rings'
+POSITION_NEAR = const(0)  # of the inner half, below the darker of both sides,
+POSITION_FAR = const(1)  # of the outer half
+POSITION_NEAR_MEAN = const(2)  # both again, below the mean of the sides, + BIAS
+POSITION_FAR_MEAN = const(3)
+POSITION_LEVEL = const(4)  # of grey beside it, log units
+POSITION_ITEMS = const(5)
