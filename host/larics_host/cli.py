@@ -21,7 +21,7 @@ import sys
 from collections.abc import Sequence
 
 from larics import __version__
-from larics_host.errors import UserError, report
+from larics_host.errors import UserError, begin_run, report
 
 COMMANDS = (
     "marker",
@@ -113,6 +113,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command line; returns the exit code (2 for bad input, 130 when interrupted)."""
     argv = sys.argv[1:] if argv is None else list(argv)
     _print_anything()
+    begin_run()
     try:
         args = build_parser(argv[0] if argv and argv[0] in COMMANDS else None).parse_args(argv)
         code = args.run(args) or 0

@@ -123,7 +123,7 @@ def test_set_and_its_reasons():
     assert bench.set(5, "baud", [99])[0][1][at(m.NACK, "reason")] == m.NACK_RANGE
     assert bench.set(6, "radius_min_px", [61])[0][1][at(m.NACK, "reason")] == m.NACK_CONFLICT
     before = bench.settings.as_dict()
-    for name, number in (("radius_max_px", 73), ("width", 80), ("line_mm10", 20), ("focal_q8", 5120)):
+    for name, number in (("radius_max_px", 10), ("width", 80), ("line_mm10", 20), ("focal_q8", 5120)):
         bench.settings.update({"radius_min_px": 45} if name == "width" else {"radius_min_px": 10})
         answer = bench.set(20 + field(name).key, name, [number])
         assert answer == [nack(20 + field(name).key, m.SET_SETTING, m.NACK_CONFLICT, field(name).key)]

@@ -66,7 +66,7 @@ def test_other_kinds():
 def test_conflicts():
     _refused({"focal_q8": 100}, "focal_q8", "5120")
     _refused({"radius_min_px": 61}, "radius_max_px = 60")
-    _refused({"radius_min_px": 120, "radius_max_px": 130}, "320x240")
+    _refused({"radius_min_px": 62, "radius_max_px": 70, "height": 120}, "320x120")
     _refused({"confirm_needed": 3}, "confirm_frames")
     _refused({"line_mm10": 600}, "line_mm10", "outer_mm10")
     _refused({"ceiling_mm10": 100, "camera_z_mm10": 100}, "ceiling_mm10")
@@ -117,7 +117,7 @@ def test_load_keeps_what_is_valid():
     stored = stored.as_dict()
     settings, reasons = s.load(stored)
     assert reasons == [] and settings.as_dict() == stored
-    stored["radius_max_px"] = 5
+    stored["radius_max_px"] = 6
     stored["colour"] = "red"
     stored["baud"] = 1
     settings, reasons = s.load(stored)
@@ -130,11 +130,11 @@ def test_load_keeps_what_is_valid():
 
 
 def test_what_the_detector_or_the_camera_would_refuse():
-    _refused({"radius_min_px": 5}, "radius_min_px = 5", "6 and 72")
-    _refused({"radius_max_px": 73}, "radius_max_px = 73")
-    _refused({"radius_min_px": 60}, "no range")
-    s.Settings({"method": "paper", "radius_min_px": 5, "radius_max_px": 90})
-    _refused({"method": "paper", "radius_max_px": 95}, "method paper")
+    for method in ("larics", "paper"):
+        _refused({"method": method, "radius_min_px": 5}, "radius_min_px = 5", "6..72")
+        _refused({"method": method, "radius_max_px": 73}, "radius_max_px = 73", "6..72")
+        _refused({"method": method, "radius_min_px": 60}, "not below radius_max_px = 60")
+        s.Settings({"method": method, "radius_min_px": 6, "radius_max_px": 72})
     _refused({"line_mm10": 40}, "line_mm10", "50 and 300")
     _refused({"allowed_ids": [3, 9]}, "ID 9")
     _refused({"focal_q8": 5120}, "focal_q8 = 5120", "corner")
@@ -151,7 +151,7 @@ def _drawn_values(seed):
         seed = (seed * 1103515245 + 12345) & 0x7FFFFFFF
         draw = seed >> 12
         if field.name in ("radius_min_px", "radius_max_px"):
-            values[field.name] = 5 + draw % 75
+            values[field.name] = 6 + draw % 67
         elif field.name in ("width", "height"):
             values[field.name] = (80, 160, 240, 320)[draw % 4]
         elif field.name in ("k1_e5", "k2_e5"):

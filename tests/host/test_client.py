@@ -118,7 +118,7 @@ def test_refusals_are_one_clear_line():
     with pytest.raises(UserError, match="no setting colour"):
         client.get("colour")
     with pytest.raises(Refused, match="refused SET_SETTING for radius_min_px: conflict") as caught:
-        client.set("radius_min_px", 90)
+        client.set("radius_min_px", 70)
     assert caught.value.reason == m.NACK_CONFLICT
     camera.raw_frame = lambda: None
     with pytest.raises(Refused, match="no frame"):

@@ -88,7 +88,7 @@ def test_commands(recording):
         client.set("rate_divider", 2)
         assert client.get("rate_divider") == 2
         with pytest.raises(Refused, match="conflict"):
-            client.set("radius_min_px", 100)
+            client.set("radius_min_px", 70)
         kinds.clear()
         raw = client.raw_frame()
         assert (raw.width, raw.height) == (360, 296) and raw.pixels in frames

@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from larics_host import errors
 from larics_host.errors import UserError
 from larics_host.images.frame_sources import open_frames
 from larics_host.images.openmv_stream import BAYER, BINARY, GRAYSCALE, RGB565
@@ -287,3 +288,78 @@ def test_no_bytes_lead_to_anything_but_frames_or_a_user_error(tmp_path, seed, ch
         assert frame.dtype == np.uint8 and frame.ndim == 2 and frame.size
     assert len(errors) <= 1
     assert changes or not errors
+
+
+def alpha_cases():
+    """(name, image, expected frame) in every mode that has transparency: right half transparent, grey below."""
+    ink = np.full((20, 30), 40, np.uint8)
+    alpha = np.full((20, 30), 255, np.uint8)
+    alpha[:, 15:] = 0
+    alpha[10:, 15:] = 128
+    expected = np.where(alpha == 255, 40, np.where(alpha == 0, 255, 147)).astype(np.uint8)
+    hard = np.where(alpha == 255, 40, 255).astype(np.uint8)
+    yield "LA", Image.merge("LA", [Image.fromarray(ink), Image.fromarray(alpha)]), {}, expected
+    yield "RGBA", Image.merge("RGBA", [Image.fromarray(ink)] * 3 + [Image.fromarray(alpha)]), {}, expected
+    keyed = np.where(alpha == 255, ink, 0).astype(np.uint8)
+    yield "L", Image.fromarray(keyed), {"transparency": 0}, hard
+    yield "RGB", Image.fromarray(keyed).convert("RGB"), {"transparency": (0, 0, 0)}, hard
+    entries = np.where(alpha == 255, 0, np.where(alpha == 0, 1, 2)).astype(np.uint8)
+    palette = Image.fromarray(entries, "P")
+    palette.putpalette([40, 40, 40, 0, 0, 0, 40, 40, 40])
+    yield "P", palette, {"transparency": bytes([255, 0, 128])}, expected
+    yield "1", Image.fromarray(keyed > 0), {"transparency": 0}, np.full((20, 30), 255, np.uint8)
+
+
+@pytest.mark.parametrize("mode, image, options, expected", list(alpha_cases()))
+def test_transparent_paper_is_white_in_every_mode(tmp_path, mode, image, options, expected):
+    image.save(tmp_path / "a.png", **options)
+    frame = one(tmp_path / "a.png")
+    assert np.abs(frame.astype(int) - expected).max() <= 1
+
+
+@pytest.mark.parametrize("extension", ["png", "jpg"])
+def test_tags_that_turn_a_picture_are_named_and_not_obeyed(tmp_path, capsys, extension):
+    smooth = Image.fromarray(cv2.GaussianBlur(FRAME, (0, 0), 5))
+    smooth.save(tmp_path / ("plain." + extension))
+    plain = one(tmp_path / ("plain." + extension))
+    for orientation in range(10):
+        errors.begin_run()
+        exif = Image.Exif()
+        exif[274] = orientation
+        path = tmp_path / ("turned%d.%s" % (orientation, extension))
+        smooth.save(path, exif=exif)
+        assert (one(path) == plain).all()
+        said = capsys.readouterr().err
+        if 2 <= orientation <= 8:
+            assert said.count("\n") == 1 and path.name in said and "turned" in said
+            assert "taken as the camera delivered them" in said
+            one(path)
+            assert capsys.readouterr().err == ""  # once is enough
+        else:
+            assert said == ""
+
+
+def test_a_damaged_tag_does_not_deny_the_picture(tmp_path, capsys):
+    Image.fromarray(FRAME).save(tmp_path / "a.jpg", exif=b"Exif\0\0MM\0*\0\0\xff\xff")
+    assert one(tmp_path / "a.jpg").shape == FRAME.shape and capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("turn", [0, 90, 180, 270])
+def test_a_video_is_taken_as_the_camera_delivered_it(tmp_path, capsys, turn):
+    errors.begin_run()
+    path = tmp_path / "a.mp4"
+    video = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 10, (64, 48))
+    picture = np.zeros((48, 64, 3), np.uint8)
+    picture[:12, :16] = 250
+    video.write(picture)
+    video.release()
+    data = bytearray(path.read_bytes())
+    place = data.index(b"tkhd") + 44  # the matrix of the track
+    cosine, sine = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[turn]
+    matrix = [cosine << 16, sine << 16, 0, -sine << 16, cosine << 16, 0, 0, 0, 1 << 30]
+    data[place : place + 36] = struct.pack(">9i", *matrix)
+    path.write_bytes(data)
+    frame = one(path)
+    assert frame.shape == (48, 64) and frame[3, 3] > 200 and frame[40, 60] < 50
+    said = capsys.readouterr().err
+    assert ("turned by" in said and "a.mp4" in said) if turn else said == ""

@@ -71,8 +71,8 @@ def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys):
         assert code == 1 and "ceiling_mm10: camera 25000, default 0" in out
 
         # refused before anything is sent
-        code, _, err = settings(capsys, "set", *port, "rate_divider=2", "radius_min_px=90")
-        assert code == 2 and err == "larics: radius_min_px = 90 is more than radius_max_px = 40\n"
+        code, _, err = settings(capsys, "set", *port, "rate_divider=2", "radius_min_px=70")
+        assert code == 2 and err == "larics: radius_min_px = 70 is not below radius_max_px = 40\n"
         assert settings(capsys, "get", *port, "rate_divider")[1] == "rate_divider = 1\n"
         code, _, err = settings(capsys, "save", *port)  # a PC has no flash
         assert code == 2 and err == "larics: the camera refused SAVE_SETTINGS: storage\n"
@@ -145,7 +145,7 @@ def test_values_that_cannot_be(name, text):
         (["check", "broken.json"], "broken.json is no JSON file"),
         (["check", "list.json"], "list.json is no table"),
         (["check", "odd.json"], "odd.json: there is no setting hue"),
-        (["check", "conflict.json"], "conflict.json: radius_min_px = 90 is more than"),
+        (["check", "conflict.json"], "conflict.json: radius_min_px = 70 is not below"),
         (["nonsense"], "nonsense"),
     ],
 )
@@ -154,7 +154,7 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     (tmp_path / "broken.json").write_text("{")
     (tmp_path / "list.json").write_text("[1]")
     (tmp_path / "odd.json").write_text('{"hue": 1}')
-    (tmp_path / "conflict.json").write_text('{"radius_min_px": 90}')
+    (tmp_path / "conflict.json").write_text('{"radius_min_px": 70}')
     code, _, err = settings(capsys, *argv)
     assert code == 2 and err.startswith("larics: ") and part in err and err.count("\n") == 1
 

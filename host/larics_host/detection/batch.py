@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from larics_host.detection import detectors
-from larics_host.errors import UserError
+from larics_host.errors import UserError, report_once, withheld, withhold
 from larics_host.images.frame_sources import STILL_EXTENSIONS, list_sources, read_source
 
 if TYPE_CHECKING:
@@ -72,7 +72,9 @@ class _Work:
         fresh = size not in self._by_size
         if fresh:
             try:
-                self._by_size[size] = self._options.make(width, height)
+                self._by_size[size] = detector = self._options.make(width, height)
+                if getattr(detector, "factor", 1) > 1:
+                    _tell_of_reduction(name, width, height, detector)
             except UserError as error:
                 self._by_size[size] = error
         detector = self._by_size[size]
@@ -84,16 +86,32 @@ class _Work:
         return Result(name, width, height, found, ms, None, frame if self._keep else None)
 
 
+def _tell_of_reduction(name, width, height, detector):
+    level = detector.levels[0]
+    text = "%s: frames of %d x %d px are reduced %d times; results in original pixels, rings from %d px on"
+    numbers = width, height, level.factor, level.factor * level.low_px
+    report_once(("reduced", width, height), text % (name, *numbers))
+
+
 _work = None
 
 
 def _begin(options, keep_frames):
     global _work
+    withhold()
     _work = _Work(options, keep_frames)
 
 
 def _run(items):
-    return _work.block(items)
+    return _work.block(items), withheld()
+
+
+def _told(answer):
+    """The results of a block, once what their process had to say is said."""
+    results, lines = answer
+    for about, text in lines:
+        report_once(about, text)
+    return results
 
 
 def _sources(paths, errors):
@@ -185,9 +203,9 @@ def _parallel(blocks, options, jobs, keep_frames):
             for block in blocks:
                 waiting.append(pool.submit(_run, block))
                 while len(waiting) > _AHEAD * jobs:
-                    yield from waiting.popleft().result()
+                    yield from _told(waiting.popleft().result())
             while waiting:
-                yield from waiting.popleft().result()
+                yield from _told(waiting.popleft().result())
         finally:
             for future in waiting:
                 future.cancel()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from larics.marker import LARICS3
 from larics.marker.detection import NO_ID, flag_names
+from larics_host.detection import reduced
 from larics_host.errors import UserError
 
 if TYPE_CHECKING:
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
 METHODS = ("larics", "paper")
 DEFAULT_METHOD = "larics"
 DEFAULT_RADIUS_PX = (10, 66)  # what an unknown camera height may give
+_MOST_PX = {
+    "larics": reduced.RADIUS_MOST_PX,
+    "paper": 90,
+}  # a ring's radius; of the latter with any line width
 
 
 def make_detector(
@@ -34,21 +39,21 @@ def make_detector(
     method: one of METHODS; radius_px: (smallest, largest) radius of the outer ring, None when unknown;
     line_mm: whole mm, width of the lines at a ring radius of 150 mm, None for the usual 15 to 20;
     allowed_ids: the IDs that may be reported, None for all (method larics only);
+    Frames over 1024 px and larger rings are reduced for it by whole factors; results are in original pixels.
     more: max_tilt_deg, margin_min and second_opinion of `larics.detect.detector.Detector`, for that method.
     Raises UserError when no marker of that size can be in such a frame, or the method does not take it.
     """
     if method not in METHODS:
         raise UserError("unknown method %s: use one of %s" % (method, ", ".join(METHODS)))
     low, high = radius_px or DEFAULT_RADIUS_PX
-    if not radius_px:
-        high = max(low + 1, min(high, min(width, height) // 2))
     if min(width, height) < 2 * low + 1:
         raise UserError(
             "a frame of %d x %d px is smaller than a ring of radius %d px: use larger frames or --radius-px"
             % (width, height, low)
         )
-    # imported here: a method compiles its kernels when it is loaded
-    try:
+
+    def make(width: int, height: int, low: int, high: int) -> AnyDetector:
+        # imported here: a method compiles its kernels when it is loaded
         if method == "paper":
             from larics.detect.paper import PaperDetector
 
@@ -60,6 +65,17 @@ def make_detector(
         return Detector(
             width, height, low, high, line_mm=line_mm, allowed_ids=allowed_ids, allow_id0=allow_id0, **more
         )
+
+    if radius_px:
+        levels = reduced.levels_of(width, height, low, high, _MOST_PX[method])
+    else:
+        levels = reduced.unknown_levels(width, height, low, high)
+        if method == "paper":
+            levels = levels[:1]
+    try:
+        if len(levels) == 1 and levels[0].factor == 1:
+            return make(width, height, levels[0].low_px, levels[0].high_px)
+        return reduced.ReducedDetector(width, height, levels, make)
     except ValueError as error:
         raise UserError(str(error)) from error
 

@@ -50,7 +50,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--radius-px",
         metavar="MIN:MAX",
         type=_radius_range,
-        help="smallest and largest radius of the outer ring in the image (default %d:%d, slower)"
+        help="smallest and largest radius of the outer ring in the image (default %d:%d and what is larger, "
+        "slower); a board takes 6:72 in frames up to 1024 x 1024, here what is larger is reduced"
         % detectors.DEFAULT_RADIUS_PX,
     )
     parser.add_argument(

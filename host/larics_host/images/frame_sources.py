@@ -71,6 +71,10 @@ def _read_video(path):
     try:
         if not video.isOpened():
             raise UserError("not a video that can be read")
+        turn = round(video.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
+        if turn:
+            video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+            stills.tell_of_turn(str(path), "turned by %d degrees" % turn)
         count = last_ms = 0
         while True:
             good, image = video.read()
@@ -109,7 +113,7 @@ def read_source(path: StrPath) -> Iterator[tuple[str, np.ndarray]]:
             if stills.is_still(head) and path.suffix.lower() != ".mjpeg":  # JPEGs one after the other
                 if path.stat().st_size > MAX_STILL_BYTES:
                     raise UserError("too large for an image")
-                yield str(path), stills.decode_still(file.read())
+                yield str(path), stills.decode_still(file.read(), str(path))
                 return
             if head.startswith(openmv_stream.MAGIC):
                 frames = openmv_stream.read_stream(file)

@@ -6,15 +6,26 @@ which the caller puts in front.
 
 from __future__ import annotations
 
+import contextlib
 import io
 import re
 import warnings
 
 import numpy as np
 
-from larics_host.errors import UserError
+from larics_host.errors import UserError, report_once
 
-MAX_PIXELS = 50_000_000  # no camera of this product comes near; a damaged header may claim any size
+MAX_PIXELS = 150_000_000  # a telephone's photograph, a marker at 600 dpi; a damaged header may claim any size
+ORIENTATION_TAG = 274
+_TURNS = {  # what a viewer does for the value of the tag
+    2: "mirrored",
+    3: "turned by 180 degrees",
+    4: "upside down, mirrored",
+    5: "turned by 90 degrees and mirrored",
+    6: "turned by 90 degrees",
+    7: "turned by 270 degrees and mirrored",
+    8: "turned by 270 degrees",
+}
 
 PGM_MAGIC = (b"P5", b"P2")
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
@@ -66,7 +77,13 @@ def _decode_pgm(data):
     return pixels[:count].astype(np.uint8).reshape(height, width)
 
 
-def _decode_compressed(data):
+def tell_of_turn(name: str, turn: str) -> None:
+    """One line about a tag that is not obeyed; the next pictures with the same one are not told of."""
+    text = "%s: a tag asks to show it %s; that is ignored: pixels are taken as the camera delivered them"
+    report_once(("turn", turn), text % (name, turn))
+
+
+def _decode_compressed(data, name):
     from PIL import Image
 
     if data.startswith(PNG_MAGIC) and data[24:25] == b"\x10":
@@ -78,11 +95,26 @@ def _decode_compressed(data):
             check_size(*image.size)
             if image.mode.startswith(("I", "F")):
                 raise UserError(_SIXTEEN_BIT)
-            return np.array(image.convert("L"))
+            frame = _grey(image)
+            with contextlib.suppress(Exception):  # nor does a damaged one
+                turn = _TURNS.get(image.getexif().get(ORIENTATION_TAG))
+                if turn:
+                    tell_of_turn(name, turn)
+            return frame
     except UserError:
         raise
     except Exception as error:  # the decoders raise whatever a damaged file leads them to
         raise UserError("damaged or truncated image (%s)" % error) from error
+
+
+def _grey(image):
+    """The pixels as the camera delivered them, transparent paper white."""
+    from PIL import Image
+
+    if "transparency" in image.info or image.mode in ("LA", "PA", "RGBA"):
+        image = image.convert("RGBA")
+        image = Image.alpha_composite(Image.new("RGBA", image.size, (255, 255, 255, 255)), image)
+    return np.array(image.convert("L"))
 
 
 def is_still(head: bytes) -> bool:
@@ -90,15 +122,17 @@ def is_still(head: bytes) -> bool:
     return head.startswith((*PGM_MAGIC, PNG_MAGIC, JPEG_MAGIC))
 
 
-def decode_still(data: bytes) -> np.ndarray:
+def decode_still(data: bytes, name: str = "an image") -> np.ndarray:
     """An image file's bytes as a 2-D uint8 array (rows, columns); colour becomes grey (ITU-R 601).
 
+    Pixels are as the camera delivered them: a tag that asks for the picture to be turned is named on standard
+    error and not obeyed. What is transparent is white.
     Raises UserError when it is damaged, truncated, has 16 bits a pixel or is no PGM, PNG or JPEG.
     """
     if data.startswith(PGM_MAGIC):
         return _decode_pgm(data)
     if data.startswith((PNG_MAGIC, JPEG_MAGIC)):
-        return _decode_compressed(data)
+        return _decode_compressed(data, name)
     raise UserError("not a PGM, PNG or JPEG image")
 
 

@@ -12,9 +12,6 @@ from larics.locate.camera_model import MAX_HEIGHT_MM10, Camera
 from larics.marker import LARICS3
 
 _FOCAL_LEAST_Q8 = const(5120)
-_RADIUS_LEAST_PX = const(6)  # of the detector
-_RADIUS_MOST_PX = const(72)
-_PAPER_FAR_PX = const(100)  # to the outside of the outer ring
 _LINE_LEAST_MM = const(5)  # at an outer radius of 150 mm
 _LINE_MOST_MM = const(30)
 _ID_MOST = const(7)
@@ -51,7 +48,7 @@ def detector_reason(values):
     """None when a detector can be made of the values (name: value), else one line that says why not."""
     outer_mm10, line_mm10 = values["outer_mm10"], values["line_mm10"]
     try:
-        family = LARICS3.scaled(outer_mm10, line_mm10)
+        LARICS3.scaled(outer_mm10, line_mm10)
     except ValueError as error:
         return "line_mm10 = %d does not suit outer_mm10 = %d: %s" % (line_mm10, outer_mm10, error)
     wide_mm = line_mm(line_mm10, outer_mm10)
@@ -65,28 +62,16 @@ def detector_reason(values):
     for marker_id in values["allowed_ids"]:
         if marker_id > _ID_MOST:
             return "allowed_ids has ID %d; markers have IDs up to %d" % (marker_id, _ID_MOST)
-    return _radius_reason(values, family)
+    return _radius_reason(values)
 
 
-def _radius_reason(values, family):
+def _radius_reason(values):
     low, high = values["radius_min_px"], values["radius_max_px"]
     width, height = values["width"], values["height"]
-    if low > high:
-        return "radius_min_px = %d is more than radius_max_px = %d" % (low, high)
+    if low >= high:
+        return "radius_min_px = %d is not below radius_max_px = %d" % (low, high)
     if 2 * low >= min(width, height):
         return "a ring of radius_min_px = %d does not fit a frame of %dx%d" % (low, width, height)
-    if values["method"] == "paper":
-        half_mm10 = (family.line_mm10 + 1) // 2
-        if (family.outer_mm10 + half_mm10) * high > _PAPER_FAR_PX * family.outer_mm10:
-            return "radius_max_px = %d is too large for the method paper" % high
-        return None
-    if not _RADIUS_LEAST_PX <= low < high <= _RADIUS_MOST_PX:
-        return "radius_min_px = %d and radius_max_px = %d are no range within %d and %d" % (
-            low,
-            high,
-            _RADIUS_LEAST_PX,
-            _RADIUS_MOST_PX,
-        )
     return None
 
 
