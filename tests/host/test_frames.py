@@ -291,7 +291,7 @@ def test_no_bytes_lead_to_anything_but_frames_or_a_user_error(tmp_path, seed, ch
 
 
 def alpha_cases():
-    """(name, image, expected frame) in every mode that has transparency: right half transparent, grey below."""
+    """(mode, image, how to save it, expected frame): right half transparent, below it half so."""
     ink = np.full((20, 30), 40, np.uint8)
     alpha = np.full((20, 30), 255, np.uint8)
     alpha[:, 15:] = 0
