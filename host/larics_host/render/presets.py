@@ -161,14 +161,14 @@ PRESETS = {
         troubles=Troubles(
             sheet=0.5,
             curl=0.3,
-            faint=0.5,
-            screen=0.3,
-            wear=0.4,
-            torn=0.35,
-            stains=0.5,
-            cable=0.4,
+            faint=0.4,
+            screen=0.25,
+            wear=0.3,
+            torn=0.25,
+            stains=0.4,
+            cable=0.3,
             lit_edge=0.2,
             tone=0.2,
-        ),  # fmt: skip
+        ),
     ),
 }

@@ -81,17 +81,17 @@ def trouble_plate(rng: np.random.Generator, plate: Plate, troubles: Troubles, ke
         finish = replace(finish, screen_mm=rng.uniform(2.0, 9.0), tone=rng.uniform(0.35, 0.85))
     if happens(troubles.wear):
         where = (rng.uniform(0, 256), rng.uniform(0, 256))
-        finish = replace(finish, wear=rng.uniform(0.3, 0.9), wear_mm=rng.uniform(8, 60), wear_at=where)
+        finish = replace(finish, wear=rng.uniform(0.2, 0.7), wear_mm=rng.uniform(8, 60), wear_at=where)
     if happens(troubles.torn):
         # seldom so far in that a ring is hurt badly; the orientation line may be lost to it
         far = [
-            (rng.uniform(0, 360), plate.ring_mm * rng.uniform(0.75, 1.6)) for _ in range(rng.integers(1, 3))
+            (rng.uniform(0, 360), plate.ring_mm * rng.uniform(0.85, 1.7)) for _ in range(rng.integers(1, 3))
         ]
         finish = replace(finish, torn=tuple(far), jag_mm=rng.uniform(1.0, 10.0))
     white, black = plate.white, plate.black
     if happens(troubles.faint) and not keep_ink:
         white = rng.uniform(0.6, 1.0)
-        black = white * (1 - rng.uniform(0.12, 0.6))
+        black = white * (1 - rng.uniform(0.15, 0.7))
     return replace(plate, finish=finish, white=white, black=black)
 
 
@@ -110,7 +110,7 @@ def trouble_scene(
                 radiance = math.exp(rng.uniform(*np.log(troubles.mirrored_grey))) / contrast
                 low.append(draw_low_lamp(rng, plate, lens, scene.ceiling_mm, radiance))
         if rng.random() < troubles.stains:
-            shades += clutter.draw_dirt(rng, x, y, radius, int(rng.integers(3, 25)))
+            shades += clutter.draw_dirt(rng, x, y, radius, int(rng.integers(2, 16)))
         if rng.random() < troubles.lit_edge:
             shades.append(_lit_edge(rng, x, y, radius))
         if rng.random() < troubles.cable:
@@ -167,8 +167,8 @@ def trouble_sensor(rng: np.random.Generator, sensor: Sensor, troubles: Troubles)
         happens(share) for share in (troubles.temporal, troubles.median, troubles.bilateral)
     )
     processing = Processing(
-        temporal=rng.uniform(0.3, 0.8) if temporal else 0.0,
-        temporal_grey=rng.uniform(3, 12),
+        temporal=rng.uniform(0.2, 0.6) if temporal else 0.0,
+        temporal_grey=rng.uniform(2, 6),
         median_px=(3, 3, 5)[rng.integers(3)] if median else 0,
         bilateral=(rng.uniform(1.0, 2.5), rng.uniform(8, 40)) if bilateral else (0.0, 0.0),
         gamma=rng.uniform(1.0, 2.4) if tone else 1.0,
