@@ -4,6 +4,7 @@
 
 --python  mutated bytes through the Python decoder
 --c       mutated bytes through the C decoder at -O2, and a tenth as many with sanitizers
+--supervised  mutated bytes through the C supervisor with sanitizers
 --guided-s  seconds of coverage-guided fuzzing (needs clang with libFuzzer)
 
 Prints figures; the exit code is 1 when a message was accepted that was never sent, or a sanitizer or the
@@ -23,7 +24,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "shared")]
 
 from larics.wire.codec import Decoder  # noqa: E402
-from tools.vehicle_build import LIBRARY, SANITIZE, STRICT, build, corpus  # noqa: E402
+from tools.vehicle_build import LIBRARY, SANITIZE, SOURCES, STRICT, build, corpus, drive_corpus  # noqa: E402
 
 HERE = ROOT / "tests" / "vehicle"
 
@@ -103,6 +104,16 @@ def c_run(folder, wanted, *flags):
     return figures
 
 
+def supervised_run(folder, wanted, *flags):
+    """Figures of so many mutated bytes through decoder and supervisor, as a dict."""
+    path = pathlib.Path(folder) / "drive"
+    path.write_bytes(drive_corpus(60000))
+    program = build([HERE / "mutate.c"], pathlib.Path(folder) / "mutate", *flags)
+    command = [str(program), str(path), str(wanted), "7", "supervise"]
+    output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return {name: float(value) for name, value in (pair.split("=") for pair in output.split())}
+
+
 def guided_run(folder, seconds):
     """libFuzzer on the C decoder; its last lines. CalledProcessError when it found something."""
     folder = pathlib.Path(folder)
@@ -113,7 +124,7 @@ def guided_run(folder, seconds):
         (seeds / str(k)).write_bytes(b"\1" + frame + b"\0")
     program = folder / "fuzz"
     command = ["clang", *STRICT, "-O1", "-g", "-fsanitize=fuzzer,address,undefined", "-I", str(LIBRARY)]
-    command += [str(HERE / "fuzz_decoder.c"), str(LIBRARY / "larics.c"), "-o", str(program)]
+    command += [str(HERE / "fuzz_decoder.c"), *map(str, SOURCES), "-o", str(program)]
     subprocess.run(command, check=True)
     options = ["-max_total_time=%d" % seconds, "-max_len=1024", "-print_final_stats=1"]
     result = subprocess.run(
@@ -136,6 +147,13 @@ def main(arguments=None):
         "--c", type=int, default=1_000_000_000, metavar="BYTES", help="for the C decoder (1000 million)"
     )
     parser.add_argument(
+        "--supervised",
+        type=int,
+        default=1_000_000_000,
+        metavar="BYTES",
+        help="through the supervisor (1000 million)",
+    )
+    parser.add_argument(
         "--guided-s", type=int, default=600, metavar="SECONDS", help="of coverage-guided fuzzing (600)"
     )
     options = parser.parse_args(arguments)
@@ -153,6 +171,10 @@ def main(arguments=None):
             figures = c_run(folder, options.c, "-O2")
             forged += figures["forged"]
             show("C decoder, mutated, -O2 (the rate includes the check of each message)", figures)
+        if options.supervised:
+            figures = supervised_run(folder, options.supervised, "-O1", *SANITIZE)
+            forged += figures["forged"] + figures["stale"] + figures["unfit"]
+            show("C supervisor, mutated, address and undefined-behaviour sanitizers", figures)
         if options.guided_s and not shutil.which("clang"):
             print("clang is not installed: no coverage-guided fuzzing")
         elif options.guided_s:

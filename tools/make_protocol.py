@@ -129,12 +129,13 @@ def c_tables():
             member = re.sub(r"^value(\d)$", r"value[\1]", field)
             if code[-1] != "s" and (low, high) != NATURAL[code]:
                 ranges.append("    {%d, %d, %d}, /* %s.%s */" % (len(fields_rows), low, high, name, field))
+                kind += " | RANGED"
             fields_rows.append("    {%s, offsetof(larics_%s, %s)}," % (kind, name.lower(), member))
     if len(fields_rows) > 255:
         raise SystemExit("more than 255 fields: `first` and `range.field` need 16 bits")
-    lines = ["static const field fields[] = {", *fields_rows, "};", ""]
-    lines += ["static const layout layouts[] = {", *layouts, "};", ""]
-    lines += ["static const range ranges[] = {", *ranges, "};"]
+    lines = ["static const field fields[] LARICS_IN_FLASH = {", *fields_rows, "};", ""]
+    lines += ["static const layout layouts[] LARICS_IN_FLASH = {", *layouts, "};", ""]
+    lines += ["static const range ranges[] LARICS_IN_FLASH = {", *ranges, "};"]
     return "\n".join(lines)
 
 

@@ -17,17 +17,27 @@ sys.path.insert(0, str(ROOT / "shared"))
 from larics.wire import codec as protocol  # noqa: E402
 
 LIBRARY = ROOT / "firmware" / "vehicle" / "src"
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+SOURCES = sorted(LIBRARY.glob("*.c"))
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion"]
 SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 CORES = ("cortex-m0", "cortex-m4", "cortex-m7", "cortex-m55")
-MOST_CODE = 4096
+MOST_CODE = 6144
 
 
 def build(sources, program, *flags, compiler="gcc"):
     """Compiles sources and the library to `program`; subprocess.CalledProcessError when that fails."""
-    command = [compiler, *STRICT, *flags, "-I", str(LIBRARY), *map(str, sources), str(LIBRARY / "larics.c")]
-    subprocess.run([*command, "-o", str(program)], check=True)
+    files = [str(source) for source in (*sources, *SOURCES)]
+    subprocess.run([compiler, *STRICT, *flags, "-I", str(LIBRARY), *files, "-o", str(program)], check=True)
     return program
+
+
+def objects(folder, compiler, *flags):
+    """Compiles each file of the library to an object in the folder; returns their paths."""
+    made = []
+    for source in SOURCES:
+        made.append(pathlib.Path(folder) / (source.stem + ".o"))
+        subprocess.run([compiler, *STRICT, *flags, "-c", str(source), "-o", str(made[-1])], check=True)
+    return made
 
 
 def sizes(folder):
@@ -36,14 +46,11 @@ def sizes(folder):
         return {}
     found = {}
     for core in CORES:
-        target = pathlib.Path(folder) / (core + ".o")
-        flags = [*STRICT, "-Os", "-mthumb", "-mcpu=" + core, "-c", str(LIBRARY / "larics.c")]
-        subprocess.run(["arm-none-eabi-gcc", *flags, "-o", str(target)], check=True)
+        made = objects(folder, "arm-none-eabi-gcc", "-Os", "-mthumb", "-mcpu=" + core)
         output = subprocess.run(
-            ["arm-none-eabi-size", str(target)], check=True, capture_output=True, text=True
+            ["arm-none-eabi-size", *map(str, made)], check=True, capture_output=True, text=True
         ).stdout
-        text, data, _ = output.splitlines()[1].split()[:3]
-        found[core] = int(text) + int(data)
+        found[core] = sum(sum(map(int, line.split()[:2])) for line in output.splitlines()[1:])
     return found
 
 
@@ -72,6 +79,29 @@ def corpus(count, seed=1):
         size = encoder.encode(number, values)
         data += encoder.buffer[:size]
     return bytes(data), sent
+
+
+def drive_corpus(count, seed=1):
+    """Bytes of so many messages of a camera at work; the frame number of each is its sequence number."""
+    generator = random.Random(seed)
+    encoder = protocol.Encoder()
+    data = bytearray()
+    for number in range(count):
+        kind = generator.choices(
+            (protocol.MARKER, protocol.POSE, protocol.STATUS, protocol.INFO, protocol.ACK), (60, 30, 6, 1, 3)
+        )[0]
+        values = {"boot": 7, "unique_id": b"camera-one--", "token": generator.randrange(65536)}
+        values |= {"frame": number, "age_us": generator.randrange(30000), "uptime_s": number // 100}
+        values |= {"x_mm10": generator.randint(-9000, 9000), "y_mm10": generator.randint(-9000, 9000)}
+        values |= {"id": generator.choice((3, 4, 5)), "count": 1, "state": generator.choice((0, 1, 2, 2, 2))}
+        values |= {"margin": generator.randrange(256), "command": protocol.PING}
+        values["flags"] = generator.choice((0, 0, 0, protocol.MARKER_TRACKED, protocol.MARKER_UNCONFIRMED))
+        row = []
+        for name, code, _, low, high, _ in protocol.fields(kind):
+            unknown = bytes(int(code[:-1])) if code[-1] == "s" else min(max(0, low), high)
+            row.append(values.get(name, unknown))
+        data += encoder.buffer[: encoder.encode(kind, row)]
+    return bytes(data)
 
 
 def exchange_source():

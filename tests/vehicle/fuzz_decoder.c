@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "larics.h"
+#include "larics_supervisor.h"
 
 static larics_decoder decoder;
-static larics_tracker tracker;
+static larics_supervisor camera;
 static uint32_t zeros, now_ms;
 
 static void check(int condition)
@@ -33,16 +33,17 @@ static void feed(uint8_t byte)
 
     zeros += byte == 0;
     now_ms += byte;
+    if (byte & 3) larics_begin_drain(&camera, now_ms);
     if (larics_decode(&decoder, byte)) {
         copy = decoder.message;
         check(byte == 0);
-        larics_track(&tracker, &copy, now_ms);
+        larics_supervise(&camera, &copy);
         size = larics_encode(&copy, copy.sequence, frame);
         check(size >= 12 && frame[size - 1] == 0 && memchr(frame, 0, size) == frame + size - 1);
     }
     check(ended(&decoder.counters) == zeros);
-    check(!larics_marker_is_fresh(&tracker, now_ms, 50) || tracker.marker.count);
-    check(!larics_pose_is_fresh(&tracker, now_ms, 50) || tracker.pose_state != LARICS_LOST);
+    check(!larics_marker_is_fresh(&camera, now_ms) || camera.choice.target.count);
+    check(!larics_pose_is_fresh(&camera, now_ms) || camera.pose_state != LARICS_LOST);
 }
 
 static uint32_t crc32_of(const uint8_t *data, size_t count)
@@ -76,10 +77,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
+    larics_limits limits;
     larics_decoder_init(&decoder);
-    larics_tracker_init(&tracker, 115200);
     zeros = now_ms = 0;
     if (size == 0) return 0;
+    larics_limits_usual(&limits, 115200);
+    limits.challenge_ms = (uint16_t)(data[0] & 2 ? 500 : 0);
+    larics_supervisor_init(&camera, &limits, 0, 1);
     if (data[0] & 1) {
         for (size_t k = 1; k < size; k++) feed(data[k]);
         return 0;

@@ -1,15 +1,20 @@
-/* Feeds the decoder with damaged streams: mutate CORPUS BYTES [SEED].
+/* Feeds the decoder with damaged streams: mutate CORPUS BYTES [SEED [supervise]].
  *
  * CORPUS holds frames whose sequence numbers are 0, 1, 2, ... Runs of them are cut, spliced, duplicated,
  * and hit by bit flips, losses, insertions and noise. Every message that is accepted is encoded again and
  * compared with the frame of its number: one that differs was never sent. Prints figures as name=value.
+ *
+ * With `supervise` what is accepted goes through the supervisor, in pieces, while a clock runs that jumps and
+ * wraps. In CORPUS the frame number of each message is its sequence number then, so that the age of what is
+ * called fresh can be told by a clock of 64 bits: one above the limit is `stale`, one that may not be
+ * steered by `unfit`.
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-#include "larics.h"
+#include "larics_supervisor.h"
 
 #define MOST_FRAMES 65536
 #define PIECE 16384
@@ -39,6 +44,84 @@ static int load(const char *name)
     for (size_t k = 0; k < (size_t)size && frames < MOST_FRAMES; k++)
         if (corpus[k] == 0) starts[++frames] = k + 1;
     return frames > 0;
+}
+
+#define MOST_AGE_MS 100
+
+static larics_supervisor camera;
+static uint64_t clock_ms = 0xFFFF0000u; /* near the wrap of its low half */
+static uint64_t fed_ms[MOST_FRAMES];
+static uint64_t fresh, stale, unfit, challenges;
+
+static void start_supervisor(void)
+{
+    larics_limits limits;
+    larics_limits_usual(&limits, 115200);
+    limits.max_age_ms = MOST_AGE_MS;
+    if (draw(2)) limits.challenge_ms = (uint16_t)(1 + draw(2000));
+    limits.choice.mode = (uint8_t)draw(3);
+    limits.choice.id = (uint16_t)(3 + draw(3));
+    limits.choice.next_id = (uint16_t)(3 + draw(3));
+    limits.frozen_frames = (uint16_t)draw(3);
+    limits.most_gap = (uint16_t)draw(65536);
+    larics_supervisor_init(&camera, &limits, (uint32_t)clock_ms, draw(0xFFFFFFFFu));
+}
+
+static void judge(void)
+{
+    uint32_t now = (uint32_t)clock_ms - draw(3);
+    if (larics_marker_is_fresh(&camera, now)) {
+        const larics_marker *m = &camera.choice.target;
+        fresh++;
+        if (m->frame >= frames || clock_ms - fed_ms[m->frame] > MOST_AGE_MS + 3) stale++;
+        if (!m->count || (m->flags & ~(unsigned)LARICS_MARKER_TRACKED)) unfit++;
+    }
+    if (larics_pose_is_fresh(&camera, now)) {
+        fresh++;
+        if (camera.pose.frame >= frames || clock_ms - fed_ms[camera.pose.frame] > MOST_AGE_MS + 3) stale++;
+        if (camera.pose_state == LARICS_LOST) unfit++;
+    }
+}
+
+/* The next turn of the loop: mostly in time, now and then late, seldom after the clock has come round. */
+static void turn(void)
+{
+    int rounds = draw(2000) ? 1 : 5;
+    while (rounds--) {
+        if (rounds)
+            clock_ms += 0x33333333u;
+        else
+            clock_ms += draw(8) ? draw(6) : draw(40) ? draw(400) : draw(90000);
+        judge();
+        larics_begin_drain(&camera, (uint32_t)clock_ms - draw(2));
+    }
+}
+
+/* Feeds a message, and now and then an answer to a challenge. */
+static void supervise(const larics_message *message, uint16_t *sequence)
+{
+    uint8_t frame[LARICS_MAX_FRAME];
+    if (message->sequence < frames) fed_ms[message->sequence] = clock_ms;
+    larics_supervise(&camera, message);
+    judge();
+    if (draw(4) == 0 && larics_challenge(&camera, (uint32_t)clock_ms, sequence, frame)) {
+        larics_message answer;
+        memset(&answer, 0, sizeof answer);
+        challenges++;
+        answer.sequence = message->sequence;
+        if (camera.asked == LARICS_PING) {
+            answer.type = LARICS_ACK;
+            answer.as.ack.command = LARICS_PING;
+            answer.as.ack.token = camera.nonce;
+        } else {
+            answer.type = LARICS_INFO;
+            answer.as.info.boot = 7;
+            answer.as.info.token = camera.nonce;
+            memcpy(answer.as.info.unique_id, "camera-one--", 12);
+        }
+        if (draw(4)) larics_supervise(&camera, &answer);
+        judge();
+    }
 }
 
 /* Bytes a second of undamaged streams, without looking at the messages. */
@@ -114,6 +197,8 @@ int main(int argc, char **argv)
     larics_decoder decoder;
     uint64_t wanted, fed = 0, accepted = 0, forged = 0;
     double spent = 0;
+    int is_supervised;
+    uint16_t own_sequence = 0;
 
     if (argc < 3 || !load(argv[1])) {
         fprintf(stderr, "usage: mutate CORPUS BYTES [SEED]\n");
@@ -121,13 +206,19 @@ int main(int argc, char **argv)
     }
     wanted = strtoull(argv[2], NULL, 10);
     state = 88172645463325252u + (argc > 3 ? strtoull(argv[3], NULL, 10) : 0) * 2685821657736338717u;
+    is_supervised = argc > 4;
     larics_decoder_init(&decoder);
+    start_supervisor();
     while (fed < wanted) {
         size_t count = run_of_frames(piece);
         clock_t start;
         if (draw(8)) count = damage(piece, count);
         start = clock();
+        if (is_supervised && !draw(200)) start_supervisor();
         for (size_t k = 0; k < count; k++) {
+            if (is_supervised && !draw(48)) {
+                turn();
+            }
             if (larics_decode(&decoder, piece[k])) {
                 uint8_t frame[LARICS_MAX_FRAME];
                 size_t number = decoder.message.sequence;
@@ -136,6 +227,8 @@ int main(int argc, char **argv)
                 if (number >= frames || size != starts[number + 1] - starts[number] ||
                     memcmp(frame, corpus + starts[number], size))
                     forged++;
+                else if (is_supervised)
+                    supervise(&decoder.message, &own_sequence);
             }
         }
         spent += (double)(clock() - start) / CLOCKS_PER_SEC;
@@ -144,6 +237,9 @@ int main(int argc, char **argv)
     printf("bytes=%llu accepted=%llu forged=%llu seconds=%.3f undamaged_mb_per_s=%.1f\n",
            (unsigned long long)fed, (unsigned long long)accepted, (unsigned long long)forged, spent,
            throughput(wanted / 10) / 1e6);
+    if (is_supervised)
+        printf("fresh=%llu stale=%llu unfit=%llu challenges=%llu\n", (unsigned long long)fresh,
+               (unsigned long long)stale, (unsigned long long)unfit, (unsigned long long)challenges);
     printf("messages=%lu crc=%lu cobs=%lu length=%lu version=%lu unknown=%lu over_long=%lu empty=%lu "
            "out_of_range=%lu gaps=%lu repeats=%lu\n",
            (unsigned long)decoder.counters.messages, (unsigned long)decoder.counters.crc,

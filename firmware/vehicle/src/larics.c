@@ -2,11 +2,13 @@
 
 #include <string.h>
 
+#include "larics_flash.h"
+
 /* How a field is on the wire. U30 and I30 take 32 bits and use 30; any larger number is that of bytes. */
-enum { U8, U16, U30, I30 };
+enum { U8, U16, U30, I30, RANGED = 0x80 };
 
 typedef struct {
-    uint8_t kind;
+    uint8_t kind;   /* with RANGED when `ranges` has a line for it */
     uint8_t offset; /* in its structure */
 } field;
 
@@ -25,7 +27,7 @@ typedef struct {
 } range;
 
 /* generated: begin (tools/make_protocol.py) */
-static const field fields[] = {
+static const field fields[] LARICS_IN_FLASH = {
     {U16, offsetof(larics_info, token)},
     {U16, offsetof(larics_info, boot)},
     {U8, offsetof(larics_info, version_major)},
@@ -38,27 +40,27 @@ static const field fields[] = {
     {12, offsetof(larics_info, unique_id)},
     {U30, offsetof(larics_marker, frame)},
     {U30, offsetof(larics_marker, age_us)},
-    {U16, offsetof(larics_marker, flags)},
+    {U16 | RANGED, offsetof(larics_marker, flags)},
     {U8, offsetof(larics_marker, id)},
-    {U8, offsetof(larics_marker, index)},
+    {U8 | RANGED, offsetof(larics_marker, index)},
     {U8, offsetof(larics_marker, count)},
-    {I30, offsetof(larics_marker, x_mm10)},
-    {I30, offsetof(larics_marker, y_mm10)},
-    {I30, offsetof(larics_marker, z_mm10)},
-    {U16, offsetof(larics_marker, heading_cdeg)},
+    {I30 | RANGED, offsetof(larics_marker, x_mm10)},
+    {I30 | RANGED, offsetof(larics_marker, y_mm10)},
+    {I30 | RANGED, offsetof(larics_marker, z_mm10)},
+    {U16 | RANGED, offsetof(larics_marker, heading_cdeg)},
     {U8, offsetof(larics_marker, margin)},
     {U16, offsetof(larics_marker, radius_q8)},
     {U30, offsetof(larics_pose, frame)},
     {U30, offsetof(larics_pose, age_us)},
-    {U8, offsetof(larics_pose, state)},
+    {U8 | RANGED, offsetof(larics_pose, state)},
     {U8, offsetof(larics_pose, id)},
     {I30, offsetof(larics_pose, x_mm10)},
     {I30, offsetof(larics_pose, y_mm10)},
-    {U16, offsetof(larics_pose, heading_cdeg)},
+    {U16 | RANGED, offsetof(larics_pose, heading_cdeg)},
     {U16, offsetof(larics_pose, sigma_mm10)},
     {U16, offsetof(larics_pose, sigma_cdeg)},
     {U16, offsetof(larics_pose, route_position)},
-    {U16, offsetof(larics_pose, next_cdeg)},
+    {U16 | RANGED, offsetof(larics_pose, next_cdeg)},
     {U8, offsetof(larics_status, version_major)},
     {U8, offsetof(larics_status, version_minor)},
     {U8, offsetof(larics_status, version_patch)},
@@ -74,7 +76,7 @@ static const field fields[] = {
     {U30, offsetof(larics_status, faults)},
     {U8, offsetof(larics_status, last_fault)},
     {U30, offsetof(larics_status, active_faults)},
-    {U8, offsetof(larics_status, state)},
+    {U8 | RANGED, offsetof(larics_status, state)},
     {U30, offsetof(larics_status, exposure_us)},
     {U16, offsetof(larics_status, gain_cdb)},
     {U8, offsetof(larics_status, grey_mean)},
@@ -103,9 +105,9 @@ static const field fields[] = {
     {I30, offsetof(larics_setting, value[7])},
     {U16, offsetof(larics_raw_header, token)},
     {U30, offsetof(larics_raw_header, frame)},
-    {U16, offsetof(larics_raw_header, width)},
-    {U16, offsetof(larics_raw_header, height)},
-    {U16, offsetof(larics_raw_header, chunks)},
+    {U16 | RANGED, offsetof(larics_raw_header, width)},
+    {U16 | RANGED, offsetof(larics_raw_header, height)},
+    {U16 | RANGED, offsetof(larics_raw_header, chunks)},
     {U16, offsetof(larics_raw_header, crc_low)},
     {U16, offsetof(larics_raw_header, crc_high)},
     {U16, offsetof(larics_raw_chunk, token)},
@@ -132,12 +134,12 @@ static const field fields[] = {
     {U16, offsetof(larics_get_raw_again, token)},
     {U16, offsetof(larics_get_raw_again, transfer)},
     {U16, offsetof(larics_get_raw_again, first)},
-    {U16, offsetof(larics_get_raw_again, count)},
+    {U16 | RANGED, offsetof(larics_get_raw_again, count)},
     {U16, offsetof(larics_restart, token)},
     {U16, offsetof(larics_restart, boot)},
 };
 
-static const layout layouts[] = {
+static const layout layouts[] LARICS_IN_FLASH = {
     {LARICS_INFO, 0, 10, 40},
     {LARICS_MARKER, 10, 12, 30},
     {LARICS_POSE, 22, 11, 28},
@@ -157,7 +159,7 @@ static const layout layouts[] = {
     {LARICS_RESTART, 107, 2, 4},
 };
 
-static const range ranges[] = {
+static const range ranges[] LARICS_IN_FLASH = {
     {12, 0, 127}, /* MARKER.flags */
     {14, 0, 254}, /* MARKER.index */
     {16, -1000000, 1000000}, /* MARKER.x_mm10 */
@@ -178,11 +180,10 @@ static const range ranges[] = {
 #define HEADER 4
 #define CRC_SIZE 4
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
-#define HALF_OF_COUNT ((LARICS_COUNT_MAX + 1) / 2)
 
 enum { START, INSIDE, TOO_LONG };
 
-static const uint32_t crc_of_nibble[16] = {
+static const uint32_t crc_of_nibble[16] LARICS_IN_FLASH = {
     0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u, 0x4DB26158u, 0x5005713Cu,
     0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu, 0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
 
@@ -191,8 +192,8 @@ static uint32_t crc32(const uint8_t *data, size_t count)
     uint32_t crc = 0xFFFFFFFFu;
     while (count--) {
         crc ^= *data++;
-        crc = (crc >> 4) ^ crc_of_nibble[crc & 15u];
-        crc = (crc >> 4) ^ crc_of_nibble[crc & 15u];
+        crc = (crc >> 4) ^ larics_flash_u32(&crc_of_nibble[crc & 15u]);
+        crc = (crc >> 4) ^ larics_flash_u32(&crc_of_nibble[crc & 15u]);
     }
     return crc ^ 0xFFFFFFFFu;
 }
@@ -210,22 +211,31 @@ static void put32(uint8_t *bytes, uint32_t value)
     bytes[3] = (uint8_t)(value >> 24);
 }
 
-static const layout *layout_of(uint8_t type)
+/* The layout of a type into *found; 0 when there is none. */
+static int find_layout(uint8_t type, layout *found)
 {
     for (size_t k = 0; k < COUNT_OF(layouts); k++)
-        if (layouts[k].type == type) return &layouts[k];
-    return NULL;
+        if (larics_flash_u8(&layouts[k].type) == type) {
+            found->type = type;
+            found->first = larics_flash_u8(&layouts[k].first);
+            found->count = larics_flash_u8(&layouts[k].count);
+            found->size = larics_flash_u8(&layouts[k].size);
+            return 1;
+        }
+    return 0;
 }
 
-static int is_in_range(size_t index, int32_t value)
+static int is_in_range(size_t index, uint8_t kind, int32_t value)
 {
     int32_t high = (int32_t)LARICS_COUNT_MAX;
-    int32_t low = fields[index].kind == I30 ? -high : 0;
-    for (size_t k = 0; k < COUNT_OF(ranges); k++)
-        if (ranges[k].field == index) {
-            low = ranges[k].low;
-            high = ranges[k].high;
-        }
+    int32_t low = (kind & ~(unsigned)RANGED) == I30 ? -high : 0;
+    if (kind & RANGED)
+        for (size_t k = 0; k < COUNT_OF(ranges); k++)
+            if (larics_flash_u8(&ranges[k].field) == index) {
+                low = larics_flash_i32(&ranges[k].low);
+                high = larics_flash_i32(&ranges[k].high);
+                break;
+            }
     return low <= value && value <= high;
 }
 
@@ -233,8 +243,9 @@ static int is_in_range(size_t index, int32_t value)
 static int unpack(const layout *type, const uint8_t *wire, uint8_t *to)
 {
     for (size_t k = type->first; k < (size_t)type->first + type->count; k++) {
-        uint8_t *place = to + fields[k].offset;
-        uint8_t kind = fields[k].kind;
+        uint8_t *place = to + larics_flash_u8(&fields[k].offset);
+        uint8_t marked = larics_flash_u8(&fields[k].kind);
+        uint8_t kind = marked & (uint8_t)~RANGED;
         uint32_t bits = wire[0];
         int32_t value;
         if (kind > I30) {
@@ -245,7 +256,7 @@ static int unpack(const layout *type, const uint8_t *wire, uint8_t *to)
         if (kind == U16) bits |= (uint32_t)wire[1] << 8;
         if (kind >= U30) bits = get32(wire);
         value = bits & 0x80000000u ? -(int32_t)(~bits) - 1 : (int32_t)bits;
-        if (!is_in_range(k, value)) return 0;
+        if (!is_in_range(k, marked, value)) return 0;
         if (kind == U8) {
             *place = (uint8_t)bits;
             wire += 1;
@@ -265,8 +276,10 @@ static int unpack(const layout *type, const uint8_t *wire, uint8_t *to)
 static int pack(const layout *type, const uint8_t *from, uint8_t *wire)
 {
     for (size_t k = type->first; k < (size_t)type->first + type->count; k++) {
-        const uint8_t *place = from + fields[k].offset;
-        uint8_t kind = fields[k].kind;
+        const uint8_t *place = from + larics_flash_u8(&fields[k].offset);
+        uint8_t marked = larics_flash_u8(&fields[k].kind);
+        uint8_t kind = marked & (uint8_t)~RANGED;
+        uint32_t bits;
         int32_t value;
         if (kind > I30) {
             memcpy(wire, place, kind);
@@ -282,13 +295,14 @@ static int pack(const layout *type, const uint8_t *from, uint8_t *wire)
         } else {
             memcpy(&value, place, 4);
         }
-        if (!is_in_range(k, value)) return 0;
+        if (!is_in_range(k, marked, value)) return 0;
+        bits = (uint32_t)value;
         if (kind >= U30) {
-            put32(wire, (uint32_t)value);
+            put32(wire, bits);
             wire += 4;
         } else {
-            *wire++ = (uint8_t)value;
-            if (kind == U16) *wire++ = (uint8_t)(value >> 8);
+            *wire++ = (uint8_t)bits;
+            if (kind == U16) *wire++ = (uint8_t)(bits >> 8);
         }
     }
     return 1;
@@ -318,7 +332,7 @@ static int finish(larics_decoder *decoder)
     larics_counters *counters = &decoder->counters;
     const uint8_t *bytes = decoder->buffer;
     size_t end = (size_t)decoder->size - CRC_SIZE;
-    const layout *type;
+    layout type;
 
     if (decoder->state == START) {
         counters->empty++;
@@ -333,13 +347,12 @@ static int finish(larics_decoder *decoder)
     } else if (bytes[0] != LARICS_VERSION) {
         counters->version++;
     } else {
-        count_gap(decoder, (uint16_t)(bytes[2] | bytes[3] << 8));
-        type = layout_of(bytes[1]);
-        if (!type) {
+        count_gap(decoder, (uint16_t)(bytes[2] | (uint16_t)bytes[3] << 8));
+        if (!find_layout(bytes[1], &type)) {
             counters->unknown++;
-        } else if (end != (size_t)HEADER + type->size) {
+        } else if (end != (size_t)HEADER + type.size) {
             counters->length++;
-        } else if (!unpack(type, bytes + HEADER, (uint8_t *)&decoder->message.as)) {
+        } else if (!unpack(&type, bytes + HEADER, (uint8_t *)&decoder->message.as)) {
             counters->out_of_range++;
         } else {
             counters->messages++;
@@ -377,15 +390,16 @@ int larics_decode(larics_decoder *decoder, uint8_t byte)
 
 size_t larics_encode(const larics_message *message, uint16_t sequence, uint8_t frame[LARICS_MAX_FRAME])
 {
-    const layout *type = layout_of(message->type);
+    layout type;
     size_t end, code = 0;
 
-    if (!type || !pack(type, (const uint8_t *)&message->as, frame + 1 + HEADER)) return 0;
+    if (!find_layout(message->type, &type)) return 0;
+    if (!pack(&type, (const uint8_t *)&message->as, frame + 1 + HEADER)) return 0;
     frame[1] = LARICS_VERSION;
     frame[2] = message->type;
     frame[3] = (uint8_t)sequence;
     frame[4] = (uint8_t)(sequence >> 8);
-    end = (size_t)HEADER + type->size;
+    end = (size_t)HEADER + type.size;
     put32(frame + 1 + end, crc32(frame + 1, end));
     end += 1 + CRC_SIZE;
     for (size_t k = 1; k < end; k++)
@@ -398,90 +412,8 @@ size_t larics_encode(const larics_message *message, uint16_t sequence, uint8_t f
     return end + 1;
 }
 
-void larics_tracker_init(larics_tracker *tracker, uint32_t baud)
+size_t larics_frame_size(uint8_t type)
 {
-    memset(tracker, 0, sizeof *tracker);
-    if (baud == 0) baud = 115200;
-    tracker->line_ms = (uint16_t)(LARICS_MARKER_FRAME * 10000uL / baud + 1);
-}
-
-static int is_newer(uint32_t frame, uint32_t last)
-{
-    uint32_t step = (frame - last) & LARICS_COUNT_MAX;
-    return step != 0 && step < HALF_OF_COUNT;
-}
-
-/* After a restart of the camera its frame numbers begin anew, and what was measured before is void. */
-static void check_boot(larics_tracker *tracker, uint16_t boot)
-{
-    if (tracker->has_boot && tracker->boot != boot) {
-        tracker->has_marker = 0;
-        tracker->has_pose = 0;
-        tracker->has_pose_frame = 0;
-        tracker->pose_state = LARICS_LOST;
-    }
-    tracker->boot = boot;
-    tracker->has_boot = 1;
-}
-
-void larics_track(larics_tracker *tracker, const larics_message *message, uint32_t now_ms)
-{
-    if (message->type == LARICS_INFO) {
-        check_boot(tracker, message->as.info.boot);
-    } else if (message->type == LARICS_STATUS) {
-        check_boot(tracker, message->as.status.boot);
-    } else if (message->type == LARICS_MARKER) {
-        const larics_marker *marker = &message->as.marker;
-        int is_new = !tracker->has_marker || is_newer(marker->frame, tracker->marker.frame);
-        int is_better = tracker->has_marker && marker->frame == tracker->marker.frame &&
-                        marker->margin > tracker->marker.margin;
-        if (marker->count && !(marker->flags & LARICS_MARKER_NONE) && (is_new || is_better)) {
-            tracker->marker = *marker;
-            if (is_new) tracker->marker_ms = now_ms;
-            tracker->has_marker = 1;
-        }
-    } else if (message->type == LARICS_POSE) {
-        const larics_pose *pose = &message->as.pose;
-        if (tracker->has_pose_frame && !is_newer(pose->frame, tracker->pose_frame)) return;
-        tracker->pose_frame = pose->frame;
-        tracker->has_pose_frame = 1;
-        tracker->pose_state = pose->state;
-        if (pose->state != LARICS_LOST) {
-            tracker->pose = *pose;
-            tracker->pose_ms = now_ms;
-            tracker->has_pose = 1;
-        }
-    }
-}
-
-/* Forgets what is older than a minute, so that a clock that wraps cannot make it young again. */
-static uint32_t age_ms(uint8_t *has, uint32_t age_us, uint32_t line_ms, uint32_t arrived_ms, uint32_t now_ms)
-{
-    uint32_t age = now_ms - arrived_ms;
-    uint32_t before = age_us / 1000u + 1u + line_ms;
-    if (age > 60000u || before > 60000u) *has = 0;
-    return *has ? age + before : LARICS_NEVER;
-}
-
-uint32_t larics_marker_age_ms(larics_tracker *tracker, uint32_t now_ms)
-{
-    return age_ms(&tracker->has_marker, tracker->marker.age_us, tracker->line_ms, tracker->marker_ms, now_ms);
-}
-
-uint32_t larics_pose_age_ms(larics_tracker *tracker, uint32_t now_ms)
-{
-    return age_ms(&tracker->has_pose, tracker->pose.age_us, tracker->line_ms, tracker->pose_ms, now_ms);
-}
-
-int larics_marker_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms)
-{
-    const uint16_t unusable = LARICS_MARKER_ID_UNCERTAIN | LARICS_MARKER_UNCONFIRMED | LARICS_MARKER_NO_OFFSET;
-    uint32_t age = larics_marker_age_ms(tracker, now_ms);
-    return age != LARICS_NEVER && age <= max_age_ms && !(tracker->marker.flags & unusable);
-}
-
-int larics_pose_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms)
-{
-    uint32_t age = larics_pose_age_ms(tracker, now_ms);
-    return age != LARICS_NEVER && age <= max_age_ms && tracker->pose_state != LARICS_LOST;
+    layout found;
+    return find_layout(type, &found) ? (size_t)HEADER + found.size + CRC_SIZE + 2u : 0;
 }

@@ -1,17 +1,14 @@
-/* LARICS camera: reads its stream of measurements and sends it commands. C99, no allocation.
+/* LARICS camera: the wire. Reads the camera's stream and makes commands. C99, no allocation.
  *
  *     larics_decoder decoder;              one for each line
- *     larics_tracker tracker;              the newest measurement and how old it is
  *     larics_decoder_init(&decoder);
- *     larics_tracker_init(&tracker, 115200);
  *     for each byte received:
- *         if (larics_decode(&decoder, byte)) larics_track(&tracker, &decoder.message, now_ms);
- *     before each use:
- *         if (larics_marker_is_fresh(&tracker, now_ms, 100)) steer by tracker.marker; else stop.
+ *         if (larics_decode(&decoder, byte)) ... decoder.message ...
  *
  * Whatever is not a whole message with the right CRC and all fields within their ranges changes nothing
- * but a counter. Units are in the names: _mm10 is 0.1 mm, _cdeg 0.01 degree, _q8 1/256 pixel. The vehicle
- * frame has x forward, y left, z up; angles count counterclockwise as seen from above.
+ * but a counter. Whether a message may be steered by is for larics_supervisor.h to judge. Units are in the
+ * names: _mm10 is 0.1 mm, _cdeg 0.01 degree, _q8 1/256 pixel. The vehicle frame has x forward, y left, z up;
+ * angles count counterclockwise as seen from above.
  */
 #ifndef LARICS_H
 #define LARICS_H
@@ -377,39 +374,8 @@ int larics_decode(larics_decoder *decoder, uint8_t byte);
  * unknown or a field is out of its range: nothing must be sent then. */
 size_t larics_encode(const larics_message *message, uint16_t sequence, uint8_t frame[LARICS_MAX_FRAME]);
 
-/* The newest measurements. Ages count from the exposure of the frame, on the caller's millisecond clock,
- * which may wrap. */
-typedef struct {
-    larics_marker marker; /* the last marker seen: of several in one frame, that of the largest margin */
-    larics_pose pose;     /* the last pose that was not LOST */
-    uint8_t pose_state;   /* LARICS_LOST, _COASTING or _TRACKING as last told */
-    uint8_t has_marker;   /* private from here on */
-    uint8_t has_pose;
-    uint8_t has_pose_frame;
-    uint8_t has_boot;
-    uint16_t boot;
-    uint16_t line_ms;
-    uint32_t marker_ms;
-    uint32_t pose_ms;
-    uint32_t pose_frame;
-} larics_tracker;
-
-#define LARICS_NEVER 0xFFFFFFFFu /* age of what was never measured, or more than a minute ago */
-
-void larics_tracker_init(larics_tracker *tracker, uint32_t baud);
-
-/* Takes a decoded message that arrived at now_ms. A frame number that does not go up is not new. */
-void larics_track(larics_tracker *tracker, const larics_message *message, uint32_t now_ms);
-
-/* Age in ms of tracker->marker and tracker->pose, or LARICS_NEVER. */
-uint32_t larics_marker_age_ms(larics_tracker *tracker, uint32_t now_ms);
-uint32_t larics_pose_age_ms(larics_tracker *tracker, uint32_t now_ms);
-
-/* 1 when the marker may be steered by: certain ID, known offset, at most max_age_ms old. */
-int larics_marker_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms);
-
-/* 1 when the pose may be steered by: its last measurement is at most max_age_ms old and it is not LOST. */
-int larics_pose_is_fresh(larics_tracker *tracker, uint32_t now_ms, uint32_t max_age_ms);
+/* Bytes of a message of this type on the line, always the same; 0 for an unknown type. */
+size_t larics_frame_size(uint8_t type);
 
 #ifdef __cplusplus
 }

@@ -144,7 +144,7 @@ FIELDS = (
         0,
         "",
         "speed of the line, after a restart",
-        choices=(9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600),
+        choices=(9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000),
     ),
     Field(41, "output", "choice", "larics", 0, 0, "", "encoding", choices=("larics", "nmea", "mavlink")),
     Field(42, "rate_divider", "int", 1, 1, 255, "", "send the measurements of every n-th frame"),

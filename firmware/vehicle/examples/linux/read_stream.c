@@ -1,10 +1,10 @@
 /* Reads a LARICS camera on Linux: read_stream [PORT [BAUD]], or a recorded stream on standard input.
  *
- *     cc -std=c99 -I ../../src read_stream.c ../../src/larics.c -o read_stream
- *     ./read_stream /dev/ttyACM0 115200
+ *     cd firmware/vehicle/src && cc -std=c99 -I. *.c ../examples/linux/read_stream.c -o ../read_stream
+ *     ../read_stream /dev/ttyACM0 115200
  *
- * Prints one line for each message, asks a camera on a port for its INFO, says when the measurements are
- * too old to steer by, and ends with what the decoder counted.
+ * Prints one line for each message and, of a camera on a port, each change of what may be made of it; ends
+ * with what the decoder counted.
  */
 #define _DEFAULT_SOURCE
 #include <errno.h>
@@ -18,7 +18,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "larics.h"
+#include "larics_supervisor.h"
 
 #define MOST_AGE_MS 200
 
@@ -43,7 +43,8 @@ static int open_port(const char *name, long baud)
         long baud;
         speed_t speed;
     } speeds[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},   {57600, B57600},
-                  {115200, B115200}, {230400, B230400}, {460800, B460800}, {921600, B921600}};
+                  {115200, B115200}, {230400, B230400}, {460800, B460800}, {500000, B500000},
+                  {921600, B921600}, {1000000, B1000000}};
     struct termios settings;
     int port = open(name, O_RDWR | O_NOCTTY);
     if (port < 0 || tcgetattr(port, &settings)) {
@@ -59,18 +60,6 @@ static int open_port(const char *name, long baud)
         }
     fprintf(stderr, "read_stream: no baud rate %ld\n", baud);
     exit(2);
-}
-
-static void ask_for_info(int port)
-{
-    uint8_t frame[LARICS_MAX_FRAME];
-    larics_message message;
-    size_t size;
-
-    message.type = LARICS_GET_INFO;
-    message.as.get_info.token = 1;
-    size = larics_encode(&message, 0, frame);
-    if (write(port, frame, size) != (ssize_t)size) perror("read_stream: write");
 }
 
 static void show(const larics_message *message)
@@ -102,35 +91,51 @@ static void show(const larics_message *message)
     }
 }
 
+static const char *const states[] = {
+    "nothing heard", "the camera is silent", "another camera is on the line", "the camera restarted",
+    "the camera has not proven itself", "the camera reports a fault", "no new frames",
+    "the same picture again and again", "too many messages are lost", "not read in time",
+    "no marker in sight", "only markers that are uncertain or without offset", "good"};
+
 int main(int argc, char **argv)
 {
     static larics_decoder decoder;
-    static larics_tracker tracker;
+    static larics_supervisor camera;
+    larics_limits limits;
+    uint8_t frame[LARICS_MAX_FRAME];
+    uint16_t sequence = 0;
     long baud = argc > 2 ? atol(argv[2]) : 115200;
     int port = argc > 1 ? open_port(argv[1], baud) : STDIN_FILENO;
-    int was_fresh = 0;
+    int last_state = -1;
 
     signal(SIGINT, stop);
     larics_decoder_init(&decoder);
-    larics_tracker_init(&tracker, (uint32_t)baud);
-    if (argc > 1) ask_for_info(port);
+    larics_limits_usual(&limits, (uint32_t)baud);
+    limits.buffer_bytes = 4095; /* of the kernel's terminal */
+    limits.max_age_ms = MOST_AGE_MS;
+    if (argc > 1) limits.challenge_ms = 1000;
+    larics_supervisor_init(&camera, &limits, now_ms(), (uint32_t)time(NULL) ^ (uint32_t)getpid() << 16);
     while (!stopped) {
         struct pollfd waiting = {port, POLLIN, 0};
-        uint8_t bytes[256];
+        uint8_t bytes[4096];
         ssize_t count = 0;
-        int is_fresh;
-        if (poll(&waiting, 1, 50) > 0) {
+        size_t size;
+        int state;
+        if (poll(&waiting, 1, 2) > 0) {
             count = read(port, bytes, sizeof bytes);
             if (count <= 0) break; /* the end of the file, or the port has gone */
         }
+        larics_begin_drain(&camera, now_ms());
         for (ssize_t k = 0; k < count; k++)
             if (larics_decode(&decoder, bytes[k])) {
-                larics_track(&tracker, &decoder.message, now_ms());
+                larics_supervise(&camera, &decoder.message);
                 show(&decoder.message);
             }
-        is_fresh = larics_marker_is_fresh(&tracker, now_ms(), MOST_AGE_MS);
-        if (was_fresh && !is_fresh) printf("no marker for %d ms: stop\n", MOST_AGE_MS);
-        was_fresh = is_fresh;
+        size = larics_challenge(&camera, now_ms(), &sequence, frame);
+        if (size && write(port, frame, size) != (ssize_t)size) perror("read_stream: write");
+        state = larics_marker_state(&camera, now_ms());
+        if (state != last_state && argc > 1) printf("%s\n", states[state]);
+        last_state = state;
         fflush(stdout);
     }
     printf("%lu messages, %lu missing; refused: crc %lu cobs %lu length %lu version %lu unknown %lu "
