@@ -62,7 +62,6 @@ class Exposure:
         self._counts = array("H", bytes(128))
         self._wait = _IN_FLIGHT
         self._black = _BLACK
-        self.changes = 0
         self.configure(settings)
 
     def configure(self, settings):
@@ -175,5 +174,4 @@ class Exposure:
         if exposure_us != before_us:
             camera.exposure(exposure_us)
         self._wait = _IN_FLIGHT
-        self.changes += 1
         return True

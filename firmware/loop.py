@@ -7,7 +7,6 @@ is counted as a fault and reported by its code.
 import gc
 import time
 
-from larics.device.measurements import Measuring
 from larics.wire import messages as m
 
 try:
@@ -20,224 +19,144 @@ _STATUS_UPTIME_S = const(4)
 # generated: end indices
 
 _STATUS_MS = 1000
-_CAMERA_TIMEOUT_MS = 1000
-_CAMERA_RETRY_MS = 2000
-_COASTING_MS = 500
 _BANNER_S = 15
 
 
 class Loop:
-    """Runs the stages; see `step`. `parts`: object with
+    """Runs the stages; see `step`. `app`: object with
 
-    camera     started driver, see cameras
-    detector   detect(frame) -> list of Detection
-    locator    larics.locate.camera_model.Camera; calibrated: whether its millimetres mean anything
-    exposure   exposure.Exposure, or None when the exposure is fixed
-    navigator  larics.locate.navigator.Navigator, or None without a map
-    settings   larics.settings.Settings
-    link, outbox, reports, commands, faults, health, decoder
-    leds, watchdog, banner; sentinel: guard.SafeMode or None
-
-    `camera_ok`: whether the camera is started; if not, it is tried again and again.
+    watch      camera_watch.CameraWatch with its camera
+    parts      parts.Parts: what settings make anew while the program runs
+    line, outbox, reports, commands, faults, status
+    leds, watchdog, banner; sentinel: safe_mode.SafeMode or None
     """
 
-    def __init__(self, parts, camera_ok=True, clock=time):
-        self._parts = parts
+    def __init__(self, app, clock=time):
+        self._app = app
         self._clock = clock
-        self._measuring = Measuring()
-        self._measurements = self._measuring.measurements
-        self._skipped = 0
-        now_ms = clock.ticks_ms()
-        self._seen_ms = now_ms
-        self._frame_ms = now_ms
-        self._status_ms = now_ms
-        self._shown_ms = now_ms
-        self._camera_ok = camera_ok
+        self._status_ms = self._shown_ms = clock.ticks_ms()
 
     def run(self):
         """Until the camera says that no frame can come any more (recordings only) or a restart is due."""
-        parts = self._parts
-        while not parts.camera.ended and not (parts.commands.restart_due and parts.outbox.idle()):
+        app = self._app
+        while not app.watch.camera.ended and not (app.commands.restart_due and app.outbox.idle()):
             self.step()
         self.close()
 
     def close(self, limit_ms=2000):
         """Sends a last status and all that waits, for at most limit_ms."""
-        parts, clock = self._parts, self._clock
+        app, clock = self._app, self._clock
         self._report_status()
         start_ms = clock.ticks_ms()
         idle = False
         while not idle and clock.ticks_diff(clock.ticks_ms(), start_ms) < limit_ms:
-            idle = parts.outbox.idle()
+            idle = app.outbox.idle()
             self._serve_line()
-            idle = idle and not parts.link.pending()
+            idle = idle and not app.line.pending()
 
     def step(self):
         """One round; True when a frame was processed."""
         processed = False
         try:
             self._serve_line()
-            if self._grab():
+            if self._app.watch.grab():
                 processed = self._process()
                 self._serve_line()
             now_ms = self._clock.ticks_ms()
             if self._clock.ticks_diff(now_ms, self._status_ms) >= 0:
                 self._report_status()
             self._show(now_ms)
-            self._parts.watchdog.feed()
+            self._app.watchdog.feed()
         except MemoryError:
-            self._parts.faults.report(m.FAULT_MEMORY)
+            self._app.faults.report(m.FAULT_MEMORY)
             gc.collect()
         except Exception:
-            self._parts.faults.report(m.FAULT_LOOP)
+            self._app.faults.report(m.FAULT_LOOP)
         return processed
 
     def _show(self, now_ms):
-        parts = self._parts
-        state = parts.health.state
+        app = self._app
+        state = app.parts.sensor.state(now_ms)
         elapsed_ms = self._clock.ticks_diff(now_ms, self._shown_ms)
         self._shown_ms = now_ms
-        parts.leds.show(state == m.TRACKING, state == m.COASTING, parts.faults.active, elapsed_ms)
+        app.leds.show(state == m.TRACKING, state == m.COASTING, app.faults.active, elapsed_ms)
 
     def _serve_line(self):
-        parts = self._parts
-        link, faults = parts.link, parts.faults
+        app = self._app
+        line, faults = app.line, app.faults
         try:
-            link.poll()
+            line.poll()
         except MemoryError:
             faults.report(m.FAULT_MEMORY)
             gc.collect()
         except Exception:
             faults.report(m.FAULT_COMMAND)
-        parts.outbox.poll(self._clock.ticks_us())
-        link.pump()
-        if link.failed or link.stalled:
+        app.outbox.poll(self._clock.ticks_us())
+        line.pump()
+        if line.failed or line.stalled:
             faults.begin(m.FAULT_UART_WRITE)
         else:
             faults.end(m.FAULT_UART_WRITE)
 
-    def _grab(self):
-        camera, faults = self._parts.camera, self._parts.faults
-        now_ms = self._clock.ticks_ms()
-        if not self._camera_ok:
-            return self._restart_camera(now_ms)
-        try:
-            if camera.grab():
-                self._frame_ms = now_ms
-                faults.end(m.FAULT_CAMERA_TIMEOUT)
-                health = self._parts.health
-                health.missed = (health.missed + camera.skipped - self._skipped) & m.COUNT_MAX
-                self._skipped = camera.skipped
-                return True
-            if camera.ended or self._clock.ticks_diff(now_ms, self._frame_ms) < _CAMERA_TIMEOUT_MS:
-                return False
-            faults.begin(m.FAULT_CAMERA_TIMEOUT)
-        except MemoryError:
-            faults.report(m.FAULT_MEMORY)
-            gc.collect()
-            return False
-        except Exception:
-            faults.report(m.FAULT_CAMERA)
-        self._camera_ok = False
-        self._frame_ms = self._clock.ticks_add(now_ms, -_CAMERA_RETRY_MS)  # at once, the first time
-        return False
-
-    def _restart_camera(self, now_ms):
-        if self._clock.ticks_diff(now_ms, self._frame_ms) < _CAMERA_RETRY_MS:
-            return False
-        camera, faults = self._parts.camera, self._parts.faults
-        try:
-            camera.stop()
-        except Exception:
-            faults.report(m.FAULT_CAMERA)
-        try:
-            camera.start()
-            self._skipped = 0
-            self._camera_ok = True
-            faults.report(m.FAULT_CAMERA_RESET)
-        except Exception:
-            faults.report(m.FAULT_CAMERA)
-            gc.collect()
-        self._frame_ms = self._clock.ticks_ms()
-        return False
-
     def _process(self):
-        clock, parts = self._clock, self._parts
-        if parts.detector is None:
+        clock, app = self._clock, self._app
+        camera, sensor = app.watch.camera, app.parts.sensor
+        if sensor.detector is None:
             return False
         start_us = clock.ticks_us()
         try:
-            found = parts.detector.detect(parts.camera.frame)
+            found = sensor.detector.detect(camera.frame)
         except MemoryError:
-            parts.faults.report(m.FAULT_MEMORY)
+            app.faults.report(m.FAULT_MEMORY)
             gc.collect()
             return False
         except Exception:
-            parts.faults.report(m.FAULT_DETECT)
+            app.faults.report(m.FAULT_DETECT)
             return False
         detect_us = clock.ticks_diff(clock.ticks_us(), start_us)
-        count = self._measuring.locate(found, parts.settings, parts.locator, parts.navigator)
-        parts.health.rejects = (parts.health.rejects + self._measuring.rejected) & m.COUNT_MAX
-        parts.health.frame_done(count, detect_us)
-        self._update_state(count)
-        if parts.outbox.begin():
+        count = sensor.place(found)
+        app.status.frame_done(count, sensor.rejected, detect_us)
+        fault = sensor.follow(count, camera.capture_us, clock.ticks_ms())
+        if fault:
+            app.faults.report(fault)
+        if app.outbox.begin():
             self._report(count)
-        if parts.exposure is not None:
+        if app.parts.exposure is not None:
             self._expose(found)
         return True
 
     def _expose(self, found):
-        parts, camera = self._parts, self._parts.camera
+        app, camera = self._app, self._app.watch.camera
         try:
-            parts.exposure.update(camera.frame, camera.width, camera.height, found)
+            app.parts.exposure.update(camera.frame, camera.width, camera.height, found)
         except MemoryError:
-            parts.faults.report(m.FAULT_MEMORY)
+            app.faults.report(m.FAULT_MEMORY)
             gc.collect()
         except Exception:
-            parts.faults.report(m.FAULT_CAMERA)
-
-    def _update_state(self, count):
-        parts, clock = self._parts, self._clock
-        if parts.navigator is not None:
-            capture_us = parts.camera.capture_us & m.COUNT_MAX
-            parts.health.state = parts.navigator.update(self._measurements, count, capture_us)
-            if parts.navigator.fault:
-                parts.faults.report(parts.navigator.fault)
-            return
-        now_ms = clock.ticks_ms()
-        for index in range(count):
-            measurement = self._measurements[index]
-            if measurement.marker_id >= 0 and not measurement.flags & m.MARKER_UNCONFIRMED:
-                self._seen_ms = now_ms
-                parts.health.state = m.TRACKING
-                return
-        if parts.health.state != m.LOST:
-            coasts = clock.ticks_diff(now_ms, self._seen_ms) < _COASTING_MS
-            parts.health.state = m.COASTING if coasts else m.LOST
+            app.faults.report(m.FAULT_CAMERA)
 
     def _report(self, count):
-        clock, parts = self._clock, self._parts
-        reports = parts.reports
-        frame = parts.camera.frame_number & m.COUNT_MAX
-        calibrated = parts.calibrated
+        clock, app = self._clock, self._app
+        reports, sensor, camera = app.reports, app.parts.sensor, app.watch.camera
+        frame = camera.frame_number & m.COUNT_MAX
         now_us = clock.ticks_us()
-        age_us = max(0, clock.ticks_diff(now_us, parts.camera.capture_us))
+        age_us = max(0, clock.ticks_diff(now_us, camera.capture_us))
         if not count:
             reports.no_marker(frame, age_us)
         for index in range(count):
-            reports.marker(frame, age_us, index, count, self._measurements[index], calibrated)
-        if parts.navigator is not None:
-            reports.pose(frame, age_us, parts.navigator)
-        parts.outbox.commit(now_us)
+            reports.marker(frame, age_us, index, count, sensor.measurements[index], sensor.calibrated)
+        if sensor.navigator is not None:
+            reports.pose(frame, age_us, sensor.navigator)
+        app.outbox.commit(now_us)
 
     def _report_status(self):
-        clock, parts = self._clock, self._parts
+        clock, app = self._clock, self._app
         now_ms = clock.ticks_ms()
         while clock.ticks_diff(now_ms, self._status_ms) >= 0:
             self._status_ms = clock.ticks_add(self._status_ms, _STATUS_MS)
-        values = parts.health.fill(parts.camera, parts.outbox, parts.decoder.counters)
-        parts.outbox.status(m.STATUS, values)
-        if parts.sentinel is not None:
-            parts.sentinel.settled(values[_STATUS_UPTIME_S])
-        if parts.banner and values[_STATUS_UPTIME_S] <= _BANNER_S:
-            print(parts.banner)
+        values = app.status.fill(now_ms)
+        app.outbox.status(m.STATUS, values)
+        if app.sentinel is not None:
+            app.sentinel.settled(values[_STATUS_UPTIME_S])
+        if app.banner and values[_STATUS_UPTIME_S] <= _BANNER_S:
+            print(app.banner)

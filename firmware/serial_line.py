@@ -3,8 +3,6 @@
 A call never waits for the line: `send` stores a message, `pump` gives the UART what it takes now.
 """
 
-from larics.wire.messages import COUNT_MAX
-
 _CHUNK = 64
 _PUMP_MAX = 256  # some ports wait until the bytes are out: 22 ms at 115200 baud at most
 
@@ -12,8 +10,8 @@ _PUMP_MAX = 256  # some ports wait until the bytes are out: 22 ms at 115200 baud
 class SerialLine:
     """`uart`: object with machine.UART's any(), readinto(buffer, count) and write(buffer, offset, count).
 
-    `on_bytes(buffer, count)` gets what arrives. Counters: sent_bytes; refused (messages that did not fit);
-    stalled (True while the UART takes less than it is offered); failed (True while it raises OSError).
+    `on_bytes(buffer, count)` gets what arrives. stalled is True while the UART takes less than it is offered,
+    failed while it raises OSError.
     """
 
     def __init__(self, uart, on_bytes, ring_bytes=512):
@@ -23,8 +21,6 @@ class SerialLine:
         self._head = 0  # next byte to send
         self._used = 0
         self._received = bytearray(_CHUNK)
-        self.sent_bytes = 0
-        self.refused = 0
         self.stalled = False
         self.failed = False
 
@@ -37,11 +33,10 @@ class SerialLine:
         return self._used
 
     def send(self, buffer, count):
-        """Stores the message buffer[:count]; False (and counted) when it does not fit as a whole."""
+        """Stores the message buffer[:count]; False when it does not fit as a whole."""
         ring = self._ring
         size = len(ring)
         if count > size - self._used:
-            self.refused = (self.refused + 1) & COUNT_MAX
             return False
         tail = self._head + self._used
         for index in range(count):
@@ -69,7 +64,6 @@ class SerialLine:
             if self._head == len(self._ring):
                 self._head = 0
             self._used -= written
-            self.sent_bytes = (self.sent_bytes + written) & COUNT_MAX
             self.stalled = written < count
             if self.stalled:
                 break

@@ -11,7 +11,7 @@ except ImportError:
     from larics._cpython import const
 
 # generated: begin indices (tools/make_protocol.py)
-_STATUS_FIELDS = const(24)
+_STATUS_FIELDS = const(26)
 _STATUS_VERSION_MAJOR = const(0)
 _STATUS_VERSION_MINOR = const(1)
 _STATUS_VERSION_PATCH = const(2)
@@ -36,6 +36,8 @@ _STATUS_FRAME_US = const(20)
 _STATUS_DETECT_US = const(21)
 _STATUS_LATENCY_US = const(22)
 _STATUS_FREE_BYTES = const(23)
+_STATUS_UNANSWERED = const(24)
+_STATUS_CLAMPED = const(25)
 # generated: end indices
 
 VERSION = tuple(int(part) for part in larics.__version__.split("."))
@@ -45,16 +47,18 @@ _GREY_PIXELS = 256  # how many pixels the mean grey is taken from
 
 
 class Status:
-    """Counts; `fill` makes the values of a STATUS. `clock`: time's ticks_* functions."""
+    """Counts the frames; `fill` makes the values of a STATUS of what the parts of the program count.
 
-    def __init__(self, boot, faults, clock):
+    app     see loop.Loop, with the decoder and the encoder of the line beside
+    clock   time's ticks_* functions
+    """
+
+    def __init__(self, boot, app, clock):
         self.frames = 0
-        self.missed = 0
-        self.detections = 0
-        self.rejects = 0
-        self.state = m.LOST
+        self._detections = 0
+        self._rejects = 0
         self._boot = boot
-        self._faults = faults
+        self._app = app
         self._clock = clock
         self._values = [0] * _STATUS_FIELDS
         self._free_bytes = 0
@@ -66,24 +70,24 @@ class Status:
         self._second_frames = 0
         self._detect_us = 0
 
-    def frame_done(self, count, detect_us):
-        """A frame was processed with `count` markers to report."""
+    def frame_done(self, count, rejected, detect_us):
+        """A frame was processed with `count` markers to report and `rejected` others."""
         self.frames = (self.frames + 1) & m.COUNT_MAX
-        self.detections = (self.detections + count) & m.COUNT_MAX
+        self._detections = (self._detections + count) & m.COUNT_MAX
+        self._rejects = (self._rejects + rejected) & m.COUNT_MAX
         self._second_frames += 1
         self._detect_us += detect_us
 
-    def fill(self, camera, outbox, line):
-        """The values of a STATUS, valid until the next call; begins the next second. `line`: counters of
-        the decoder of what arrives."""
-        values = self._values
+    def fill(self, now_ms):
+        """The values of a STATUS, valid until the next call; begins the next second."""
+        values, app = self._values, self._app
         if not self._until_heap and hasattr(gc, "mem_free"):
             self._free_bytes = gc.mem_free() & m.COUNT_MAX
             self._until_heap = _HEAP_EVERY
         self._until_heap -= 1
         frames = self._second_frames
         second_us = max(1, self._clock.ticks_diff(self._clock.ticks_us(), self._second_us))
-        faults = self._faults
+        camera, outbox, faults, received = app.watch.camera, app.outbox, app.faults, app.decoder.counters
         values[_STATUS_VERSION_MAJOR] = VERSION[0]
         values[_STATUS_VERSION_MINOR] = VERSION[1]
         values[_STATUS_VERSION_PATCH] = VERSION[2]
@@ -92,17 +96,17 @@ class Status:
             outbox.uptime.s + (outbox.uptime.us >= 500000)
         ) & m.COUNT_MAX  # rounded: no 1, 1, 3
         values[_STATUS_FRAMES] = self.frames
-        values[_STATUS_MISSED] = self.missed
-        values[_STATUS_DETECTIONS] = self.detections
-        values[_STATUS_REJECTS] = self.rejects
+        values[_STATUS_MISSED] = app.watch.missed
+        values[_STATUS_DETECTIONS] = self._detections
+        values[_STATUS_REJECTS] = self._rejects
         values[_STATUS_DROPS] = outbox.drops
-        values[_STATUS_CRC_ERRORS] = line.crc
-        values[_STATUS_LINE_ERRORS] = line.cobs + line.length + line.version + line.unknown
-        values[_STATUS_LINE_ERRORS] += line.over_long + line.out_of_range
+        values[_STATUS_CRC_ERRORS] = received.crc
+        values[_STATUS_LINE_ERRORS] = received.cobs + received.length + received.version + received.unknown
+        values[_STATUS_LINE_ERRORS] += received.over_long + received.out_of_range
         values[_STATUS_FAULTS] = faults.total
         values[_STATUS_LAST_FAULT] = faults.last
         values[_STATUS_ACTIVE_FAULTS] = faults.active
-        values[_STATUS_STATE] = self.state
+        values[_STATUS_STATE] = app.parts.sensor.state(now_ms)
         values[_STATUS_EXPOSURE_US] = camera.exposure()
         values[_STATUS_GAIN_CDB] = camera.gain()
         values[_STATUS_GREY_MEAN] = mean_grey(camera.frame)
@@ -111,6 +115,8 @@ class Status:
         values[_STATUS_DETECT_US] = self._detect_us // frames if frames else 0
         values[_STATUS_LATENCY_US] = outbox.worst_age_us
         values[_STATUS_FREE_BYTES] = self._free_bytes
+        values[_STATUS_UNANSWERED] = app.commands.unanswered
+        values[_STATUS_CLAMPED] = app.encoder.clamped
         outbox.worst_age_us = 0
         self._begin_second()
         return values

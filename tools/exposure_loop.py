@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "shared"), str(ROOT / "host"), str(ROOT / "firmware")]
 
 from exposure import Exposure, gain_q8  # noqa: E402
-from larics.detect.detector import Detector  # noqa: E402
+from larics.device.factory import make_detector  # noqa: E402
 from larics.settings import Settings  # noqa: E402
 from larics_host.render.camera import Camera, Motion, Pose  # noqa: E402
 from larics_host.render.plates import Plate  # noqa: E402
@@ -82,10 +82,12 @@ class LitCamera:
 
 def run(lights, lamps=None, settings=None):
     """Rows of (light, lamp, found ID right, median grey, exposure us, gain cdb), one for each frame."""
-    settings = settings or Settings({"radius_min_px": 24, "radius_max_px": 36, "max_speed_mm_s": 300})
+    settings = settings or Settings(
+        {"radius_min_px": 24, "radius_max_px": 36, "max_speed_mm_s": 300, "tracking": False}
+    )
     camera = LitCamera(settings)
     control = Exposure(camera, settings)
-    detector = Detector(WIDTH, HEIGHT, radius_min_px=24, radius_max_px=36)
+    detector = make_detector(settings, (WIDTH, HEIGHT))
     rows = []
     for index, light in enumerate(lights):
         lamp = lamps[index] if lamps else 0.0

@@ -20,9 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from larics.detect.detector import Detector
-from larics.device.measurements import Measuring
-from larics.locate.camera_model import Camera as Locator
+from larics.device.sensor import Sensor as Device
 from larics.marker import Family
 from larics.settings import Settings
 from larics.wire import codec as protocol
@@ -198,13 +196,14 @@ def rendered_log(path, hall, seed, step_mm):
     camera, height = Camera(width=300, height=240, focal_px=320.0), 2750.0
     plates = tuple(Plate(i, Pose(x, y, h), Family(line_mm10=175)) for i, x, y, h in hall)
     scene = Scene(ceiling_mm=height, plates=plates)
-    locator = Locator(300, 240, 320 * 256, ceiling_mm10=round(10 * height))
-    detector = Detector(300, 240, radius_min_px=15, radius_max_px=21)
-    rng, measuring, usual, lines = np.random.default_rng(seed), Measuring(), Settings(), []
+    known = {"width": 300, "height": 240, "focal_q8": 320 * 256, "ceiling_mm10": round(10 * height)}
+    device = Device(Settings(known | {"radius_min_px": 15, "radius_max_px": 21, "tracking": False}))
+    device.rebuild()
+    rng, lines = np.random.default_rng(seed), []
     for frame, pose in enumerate(serpentine(step_mm)):
         picture, _ = render_view(scene, Pose(*pose), Motion(), camera, SUNNY, rng)
-        count = measuring.locate(detector.detect(picture), usual, locator, None)
-        for index, one in enumerate(measuring.measurements[:count]):
+        count = device.place(device.detector.detect(picture))
+        for index, one in enumerate(device.measurements[:count]):
             marker_id = m.ID_NONE if one.marker_id < 0 else one.marker_id
             place = one.offset_x_mm10 / 10, one.offset_y_mm10 / 10, one.heading_cdeg / 100
             lines.append(marker_line(frame, index, count, marker_id, *place, one.flags))

@@ -222,8 +222,9 @@ def settings_table():
             default = "true" if default else "false"
         elif field.kind in ("list", "table"):
             default = "empty"
-        rows.append((field.key, field.name, default, field.range_text(), field.unit, field.meaning))
-    return table(("key", "name", "default", "allowed", "unit", "meaning"), rows)
+        rebuilds = codes.rebuilds_text(field.rebuilds)
+        rows.append((field.key, field.name, default, field.range_text(), field.unit, rebuilds, field.meaning))
+    return table(("key", "name", "default", "allowed", "unit", "rebuilds", "meaning"), rows)
 
 
 def document_parts():

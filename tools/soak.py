@@ -41,8 +41,7 @@ WAY_S = (-1.2, 2.6)  # part of the demo's drive, in its seconds
 
 def prepare(march):
     """The compiled program and one file with all frames."""
-    left_out = [name for name in build.LEFT_OUT if name != "firmware/pc"]
-    for name, data in build.compile_program(ROOT, march, left_out):
+    for name, data in build.compile_program(ROOT, march, build.PC_ONLY):
         path = FOLDER / "program" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)

@@ -14,7 +14,6 @@ and
                              Never waits. Raises CameraError or OSError when the camera fails
     exposure(us=None)        set when given; returns the exposure time in use, microseconds
     gain(cdb=None)           set when given; returns the gain in use, 0.01 dB
-    window(x, y, w, h)       deliver only this part of the picture from now on
     stop()                   release the camera; start() may be called again
 """
 

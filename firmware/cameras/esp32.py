@@ -104,9 +104,6 @@ class EspCamera:
             self._gain_cdb = round(2000 * math.log10(step + 1))
         return self._gain_cdb
 
-    def window(self, x, y, w, h):
-        raise CameraError("the camera module has no window; choose one of its frame sizes")
-
     def stop(self):
         self.frame = None
         if self._camera is not None:

@@ -25,7 +25,6 @@ class CsiCamera:
         self._exposure_us, self._gain_cdb = exposure_us, gain_cdb
         self._readout_us = readout_us
         self._clock = clock
-        self._window = None
         self._csi = None
         self._image = None
         self._completed = 0
@@ -63,9 +62,7 @@ class CsiCamera:
     def _set_size(self):
         size, width, height = self._smallest_size()
         self._csi.framesize(size)
-        if self._window:
-            self._csi.window(self._window)
-        elif (self.width, self.height) != (width, height):
+        if (self.width, self.height) != (width, height):
             self._csi.window((self.width, self.height))
         _, _, width, height = self._csi.window()
         if (width, height) != (self.width, self.height):
@@ -114,16 +111,6 @@ class CsiCamera:
             except RuntimeError as error:
                 raise CameraError("csi: %s" % error)
         return self._gain_cdb
-
-    def window(self, x, y, w, h):
-        self._window = (x, y, w, h)
-        self.width, self.height = w, h
-        exposure_us = self._exposure_us
-        try:
-            self._set_size()
-        except (RuntimeError, ValueError) as error:
-            raise CameraError("csi: %s" % error)
-        self.exposure(exposure_us)
 
     def stop(self):
         self.frame = self._image = None

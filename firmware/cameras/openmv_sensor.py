@@ -20,7 +20,6 @@ class SensorCamera:
         self._exposure_us, self._gain_cdb = exposure_us, gain_cdb
         self._readout_us = readout_us
         self._clock = clock
-        self._window = None
         self._image = None
 
     def start(self):
@@ -50,9 +49,7 @@ class SensorCamera:
     def _set_size(self):
         size, width, height = self._smallest_size()
         sensor.set_framesize(size)
-        if self._window:
-            sensor.set_windowing(self._window)
-        elif (self.width, self.height) != (width, height):
+        if (self.width, self.height) != (width, height):
             sensor.set_windowing((self.width, self.height))
         _, _, width, height = sensor.get_windowing()
         if (width, height) != (self.width, self.height):
@@ -95,16 +92,6 @@ class SensorCamera:
             except RuntimeError as error:
                 raise CameraError("sensor: %s" % error)
         return self._gain_cdb
-
-    def window(self, x, y, w, h):
-        self._window = (x, y, w, h)
-        self.width, self.height = w, h
-        exposure_us = self._exposure_us
-        try:
-            self._set_size()
-        except (RuntimeError, ValueError) as error:
-            raise CameraError("sensor: %s" % error)
-        self.exposure(exposure_us)
 
     def stop(self):
         self.frame = self._image = None

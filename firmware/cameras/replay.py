@@ -168,9 +168,6 @@ class Replay:
             self._gain_cdb = cdb
         return self._gain_cdb
 
-    def window(self, x, y, w, h):
-        raise CameraError("a recording cannot be windowed; record it with the window")
-
     def stop(self):
         self._source = None
         self.ended = True

@@ -117,8 +117,5 @@ class Pipe:
             self._gain_cdb = cdb
         return self._gain_cdb
 
-    def window(self, x, y, w, h):
-        raise CameraError("a stream of frames cannot be windowed")
-
     def stop(self):
         self.ended = True

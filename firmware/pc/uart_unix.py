@@ -30,6 +30,3 @@ class UART:
         if not self._events() & (select.POLLOUT | select.POLLHUP | select.POLLERR):
             return None
         return self._file.write(buffer, offset, min(count, _CHUNK))
-
-    def deinit(self):
-        self._file.close()

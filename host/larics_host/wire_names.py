@@ -113,3 +113,12 @@ def name_of(group: str, number: int) -> str:
                 if value == number:
                     return name.split("_", 1)[-1].lower().replace("_", " ")
     return str(number)
+
+
+# of the bits of Field.rebuilds, from the lowest on
+_PARTS = ("detector", "locator", "navigator", "exposure", "output", "after a restart")
+
+
+def rebuilds_text(parts: int) -> str:
+    """What a change of a setting makes anew: "detector, exposure", "after a restart", "nothing"."""
+    return ", ".join(name for bit, name in enumerate(_PARTS) if parts >> bit & 1) or "nothing"

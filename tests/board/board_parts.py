@@ -118,9 +118,10 @@ def smoothed(picture, width, height):
     return bytes(result)
 
 
-def make_app(frames, uart=None, settings=None, width=160, height=120, clock=time, **options):
-    """An App that replays these pictures without end."""
+def make_app(frames, uart=None, settings=None, width=160, height=120, clock=time, camera=None, **options):
+    """An App that replays these pictures without end, or takes those of `camera`."""
     values = {"method": "paper", "radius_min_px": 15, "radius_max_px": 25, "baud": 921600}
     values.update(settings or {})
-    camera = Replay(frames, rounds=0, width=width, height=height, clock=clock)
+    if camera is None:
+        camera = Replay(frames, rounds=0, width=width, height=height, clock=clock)
     return App(Settings(values), camera, uart or Uart(), "test", clock=clock, **options)

@@ -72,20 +72,16 @@ def test_csi_asks_only_for_sizes_that_every_board_takes():
     camera.start()
     world.complete()
     assert camera.grab() and len(camera.frame) == 360 * 296
-    camera.window(100, 50, 200, 100)
-    world.complete()
-    assert camera.grab() and len(camera.frame) == 200 * 100 and (camera.width, camera.height) == (200, 100)
-    assert world.calls[-1] == "auto_exposure"  # the size may have limited it
     camera, world, _ = csi_camera()
     world.refused_sizes = (csi.QVGA,)
     refused(camera.start, "Frame size is not supported")
     refused(csi_camera(1400, 100)[0].start, "no frame size holds 1400x100")
 
 
-def test_csi_window_cut_by_the_frame_is_noticed():
-    camera, world, _ = csi_camera()
-    camera.start()
-    refused(lambda: camera.window(300, 200, 100, 100), "gives 20x40, not 100x100")
+def test_csi_another_size_than_wanted_is_noticed():
+    camera, world, _ = csi_camera(360, 296)
+    world.cut_px = (352, 288)
+    refused(camera.start, "gives 352x288, not 360x296")
 
 
 def test_csi_failures_and_restart():
@@ -143,13 +139,10 @@ def test_sensor_starts_a_stalled_capture_again():
     refused(camera.grab, "timed out")
 
 
-def test_sensor_exposure_gain_window_and_stop():
+def test_sensor_exposure_gain_and_stop():
     camera, world, _ = sensor_camera()
     camera.start()
     assert camera.exposure(7000) == 7000 and camera.gain(600) == 600
-    camera.window(10, 20, 100, 80)
-    world.complete()
-    assert camera.grab() and len(camera.frame) == 8000 and camera.exposure() == 7000
     camera.stop()
     assert world.calls[-1] == "shutdown"
 
@@ -203,7 +196,6 @@ def test_esp_failures():
     camera.start()
     world.fails = True
     refused(camera.grab, "no frame could be captured")
-    refused(lambda: camera.window(0, 0, 10, 10), "no window")
     camera.stop()
     camera.stop()
     world.fails = False

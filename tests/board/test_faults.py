@@ -1,6 +1,6 @@
 """Each fault injected into the whole program: counted, reported with its code, and recovered from."""
 
-from board_parts import Clock, Uart, make_app, marker, plain
+from board_parts import Clock, Uart, make_app, marker
 
 from atomic_file import AtomicFile, seal
 from cameras import CameraError
@@ -20,6 +20,7 @@ class Camera:
     """Delivers the same frame for ever, and fails as a test wants."""
 
     ended = False
+    adjustable = False
     width, height = 160, 120
 
     def __init__(self, frame):
@@ -62,10 +63,8 @@ def program(settings=None, **options):
     """(app, camera, uart, clock) of a program that sees a marker."""
     clock = Clock(step_us=50)
     uart = Uart(collect=True)
-    app = make_app([plain(120)], uart, settings, clock=clock, **options)
     camera = Camera(PICTURE)
-    app.camera = camera
-    camera.start()
+    app = make_app((), uart, settings, clock=clock, camera=camera, **options)
     return app, camera, uart, clock
 
 
@@ -158,18 +157,18 @@ def test_line_that_takes_nothing_or_fails():
 
 def test_an_exception_in_the_detection_costs_its_frame():
     app, _, uart, clock = program()
-    real = app.detector
+    real = app.parts.sensor.detector
 
     class Broken:
         def detect(self, frame):
             raise ValueError("wrong")
 
     steps(app, clock, 300)
-    app.detector = Broken()
+    app.parts.sensor.detector = Broken()
     before = markers(uart)
     steps(app, clock, 1200)
     assert app.faults.last == m.FAULT_DETECT and markers(uart) <= before + 1
-    app.detector = real
+    app.parts.sensor.detector = real
     steps(app, clock, 1000)
     assert markers(uart) > before + 20 and last_status(uart)[LAST] == m.FAULT_DETECT
 
@@ -177,7 +176,7 @@ def test_an_exception_in_the_detection_costs_its_frame():
 def test_memory_that_runs_out_is_collected():
     app, _, uart, clock = program()
     steps(app, clock, 300)
-    real = app.detector
+    real = app.parts.sensor.detector
 
     class Hungry:
         calls = 0
@@ -188,7 +187,7 @@ def test_memory_that_runs_out_is_collected():
                 bytearray(1 << 40)
             return real.detect(frame)
 
-    app.detector = Hungry()
+    app.parts.sensor.detector = Hungry()
     before = markers(uart)
     steps(app, clock, 1500)
     assert app.faults.total == 2 and app.faults.last == m.FAULT_MEMORY and markers(uart) > before + 50
@@ -196,15 +195,15 @@ def test_memory_that_runs_out_is_collected():
 
 def test_an_exception_anywhere_else_does_not_stop_the_loop():
     app, _, uart, clock = program()
-    real = app.health.fill
+    real = app.status.fill
 
     def broken(*arguments):
         raise KeyError("oops")
 
-    app.health.fill = broken
+    app.status.fill = broken
     steps(app, clock, 1500)
     assert app.faults.last == m.FAULT_LOOP and markers(uart) > 50
-    app.health.fill = real
+    app.status.fill = real
     steps(app, clock, 1500)
     assert last_status(uart)[LAST] == m.FAULT_LOOP
 
@@ -214,11 +213,11 @@ def test_a_command_that_raises_does_not_stop_the_loop():
 
     app, _, uart, clock = program()
     encoder = protocol.Encoder()
-    app.info = None  # not callable
+    app.actions.info = None  # not callable
     count = encoder.encode(m.PING, (7,))
     ping = bytes(encoder.buffer[:count])
     count = encoder.encode(m.GET_RAW, (8,))
-    app.raw_frame = None
+    app.actions.raw_frame = None
     uart.incoming = bytes(encoder.buffer[:count])
     steps(app, clock, 300)
     assert app.faults.last == m.FAULT_COMMAND
@@ -230,10 +229,10 @@ def test_a_command_that_raises_does_not_stop_the_loop():
 def test_settings_that_do_not_suit_the_camera_that_is_there_fall_back():
     values = {"width": 80, "height": 60, "focal_q8": 40 * 256, "map": [[5, 0, 0, 0, 0, 0]], "rate_divider": 2}
     app, _, _, _ = program(values)
-    assert app.faults.active == 1 << m.FAULT_SETTINGS_CORRUPT and not app.calibrated
+    assert app.faults.active == 1 << m.FAULT_SETTINGS_CORRUPT and not app.parts.sensor.calibrated
     assert app.settings.focal_q8 == 0 and app.settings.rate_divider == 2 and len(app.settings.map) == 1
     app.loop.step()
-    assert app.navigator is None and app.health.frames == 1
+    assert app.parts.sensor.navigator is None and app.status.frames == 1
 
 
 def test_a_frame_size_that_was_set_waits_for_a_restart():
@@ -241,7 +240,7 @@ def test_a_frame_size_that_was_set_waits_for_a_restart():
     steps(app, clock, 300)
     for name, value in (("width", 640), ("height", 480), ("radius_max_px", 30), ("tracking", False)):
         app.settings.set(name, value)
-        app.settings_changed(name)
+        app.actions.settings_changed(name)
     steps(app, clock, 1500)
     assert app.faults.total == 0 and last_status(uart)[STATE] == m.TRACKING
 
@@ -251,7 +250,7 @@ def test_an_unconfirmed_id_is_not_tracking():
     states = []
     while len(states) < 4:
         if app.loop.step():
-            states.append(app.health.state)
+            states.append(app.parts.sensor.state(clock.ticks_ms()))
     assert states == [m.LOST, m.LOST, m.TRACKING, m.TRACKING]
 
 

@@ -95,7 +95,7 @@ def test_the_watchdog_is_armed_after_the_set_up():
     real = start.run
 
     def run(app, sentinel):
-        armed_at.append((world.watchdog_ms, app.detector is not None, csi.world.opened))
+        armed_at.append((world.watchdog_ms, app.parts.sensor.detector is not None, csi.world.opened))
         real(app, sentinel)
 
     start.run = run

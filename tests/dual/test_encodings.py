@@ -56,7 +56,7 @@ def test_lines_of_text():
     status = list(range(1, 1 + len(p.fields(m.STATUS))))
     status[at(m.STATUS, "state")] = 1
     assert text(encoder, m.STATUS, status) == (
-        "PLRCS,1.2.3,5,6,7,8,9,10,11,12,13,14,15,C,17,0.18,19,0.20,21,22,23,24"
+        "PLRCS,1.2.3,5,6,7,8,9,10,11,12,13,14,15,C,17,0.18,19,0.20,21,22,23,24,25,26"
     )
     assert encoder.encode(m.ACK, [1, 2]) == 0
 

@@ -53,7 +53,6 @@ def test_bytes_keep_their_order_over_many_turns_of_the_ring():
     while link.free() < 100:
         assert link.pump()
     assert bytes(uart.sent) == expected
-    assert link.sent_bytes == len(expected) and link.refused == 0
 
 
 def test_a_message_that_does_not_fit_is_refused_whole():
@@ -62,7 +61,7 @@ def test_a_message_that_does_not_fit_is_refused_whole():
     assert link.send(message(1, 30), 30)
     assert not link.send(message(2, 30), 30)
     assert link.send(message(3, 20), 20)
-    assert link.refused == 1 and link.free() == 0 and link.pending() == 50
+    assert link.free() == 0 and link.pending() == 50
     while link.pending():
         link.pump()
     assert bytes(uart.sent) == message(1, 30) + message(3, 20)
@@ -81,9 +80,9 @@ def test_none_and_short_writes_lose_nothing():
     link = SerialLine(uart, ignore, 100)
     data = message(5, 60)
     link.send(data, 60)
-    assert link.pump() and link.sent_bytes == 0 and link.stalled
+    assert link.pump() and link.stalled and not uart.sent
     uart.room = 25
-    assert link.pump() and link.sent_bytes == 25
+    assert link.pump() and len(uart.sent) == 25
     uart.room = 1000
     assert link.pump() and not link.stalled
     assert bytes(uart.sent) == data

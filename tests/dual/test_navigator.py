@@ -101,7 +101,7 @@ def test_an_impossible_marker_moves_neither_pose_nor_route():
     for k in range(2, 4):
         navigator.update([seen(5, 0, 0)], 1, at + k * FRAME_US)
     # three frames agree: the vehicle was moved there, past markers 3 and 4
-    assert navigator.pose.moves == 1 and navigator.event == MISSED and navigator.route_position == 4
+    assert navigator.pose.state == TRACKING and navigator.event == MISSED and navigator.route_position == 4
     assert navigator.fault == FAULT_MARKER_PLACE
 
 

@@ -1,5 +1,6 @@
 """The outbox: the newest measurement wins, raw chunks only in leftover line time, nothing allocated."""
 
+from larics.device.measurements import MARKERS_MOST
 from larics.device.outbox import Outbox
 from larics.device.raw_frame import RawSender
 from larics.wire import codec as p
@@ -105,7 +106,7 @@ def test_a_fast_line_sends_every_frame():
         found = line.messages()
         assert [number for number, _, _ in found] == [m.MARKER, m.POSE] * 60
         assert [values["frame"] for _, _, values in found] == [k // 2 for k in range(120)]
-        assert outbox.drops == 0 and outbox.frames == 60
+        assert outbox.drops == 0
         assert outbox.uptime.us in range(59 * FRAME_US - FRAME_US, 60 * FRAME_US)
 
 
@@ -116,7 +117,7 @@ def test_on_a_slow_line_the_newest_wins_and_drops_are_counted():
     frames = [values["frame"] for number, _, values in found if number == m.MARKER]
     assert frames == sorted(set(frames))
     assert 20 <= len(frames) <= 30 and frames[-1] >= 112
-    assert outbox.drops + outbox.frames in (119, 120)
+    assert outbox.drops + len(frames) in (118, 119, 120)  # one may be on its way, one wait
     for number, end_us, values in found:
         if number != m.MARKER:
             continue
@@ -178,10 +179,12 @@ def test_a_raw_frame_does_not_hold_up_markers():
             assert with_raw[frame] - without[frame] < FRAME_US
 
 
-def test_too_many_markers_are_counted():
-    line, outbox, _, _ = make(921600, markers=2)
-    run(line, outbox, 1, markers=3)
-    assert outbox.overflows == 1 and len(line.messages()) == 3
+def test_all_markers_that_a_frame_can_have_fit_beside_the_pose():
+    line, outbox, _, _ = make(921600)
+    run(line, outbox, 1, markers=MARKERS_MOST)
+    found = line.messages()
+    assert [values["index"] for number, _, values in found if number == m.MARKER] == list(range(MARKERS_MOST))
+    assert found[-1][0] == m.POSE and len(found) == MARKERS_MOST + 1
 
 
 def test_idle_tells_when_a_restart_is_possible():

@@ -99,7 +99,7 @@ def test_coasting_follows_the_turn():
 def test_a_marker_that_is_not_in_the_map_is_refused():
     found, time_us = tracking()
     assert found.update([measured(5, 0, 0, 0)], 1, time_us + FRAME_US) == COASTING
-    assert found.fault == FAULT_MARKER_UNKNOWN and found.rejects == 1
+    assert found.fault == FAULT_MARKER_UNKNOWN
     lost = localizer()
     lost.update([measured(5, 0, 0, 0)], 1, 0)
     assert lost.fault == FAULT_MARKER_UNKNOWN and lost.state == LOST
@@ -118,10 +118,9 @@ def test_an_impossible_place_is_refused_and_a_moved_vehicle_found():
     assert found.update([measured(4, 0, 0, 0)], 1, time_us + FRAME_US) == COASTING
     assert found.fault == FAULT_MARKER_PLACE and found.x_mm10 == -10000
     assert found.update([measured(3, 10000, 0, 0)], 1, time_us + 2 * FRAME_US) == TRACKING
-    assert found.moves == 0
     states = [found.update([measured(7, 100, 0, 0)], 1, time_us + (3 + k) * FRAME_US) for k in range(3)]
     assert states == [COASTING, COASTING, TRACKING]
-    assert found.moves == 1 and found.marker_id == 7 and found.heading_cdeg == 18000
+    assert found.marker_id == 7 and found.heading_cdeg == 18000
     assert found.x_mm10 == 40100 and found.y_mm10 == 30000
 
 
@@ -129,7 +128,7 @@ def test_a_good_marker_beside_a_misread_one():
     found, time_us = tracking()
     both = [measured(7, 0, 0, 0), measured(3, 10000, 0, 0)]
     assert found.update(both, 2, time_us + FRAME_US) == TRACKING
-    assert found.marker_id == 3 and found.fault == FAULT_MARKER_PLACE and found.rejects == 1
+    assert found.marker_id == 3 and found.fault == FAULT_MARKER_PLACE
 
 
 def test_two_markers_are_fused():

@@ -131,16 +131,17 @@ def test_the_drawing_has_things_where_they_are():
 
 
 @contextlib.contextmanager
-def firmware(folder):
-    """The serial port of a firmware that drives under marker 5 for ever."""
+def firmware(folder, marker_id=5, mirrored=False):
+    """The serial port of a firmware that drives under a marker for ever."""
     frames = folder / "frames"
     frames.mkdir()
     for k in range(40):
-        data = plain_frame(5, 80.0, 56.0 + 0.8 * k, 90.0, size=(160, 144)).tobytes()
+        frame = plain_frame(marker_id, 80.0, 56.0 + 0.8 * k, 90.0, size=(160, 144))
+        data = (frame[:, ::-1] if mirrored else frame).tobytes()
         (frames / ("f%02d.pgm" % k)).write_bytes(b"P5\n160 144\n255\n" + data)
     settings = folder / "settings.json"
     # without tracking each frame stands alone, so that any of them can be compared
-    settings.write_text(json.dumps(dict(CAMERA, map=MAP, tracking=False)))
+    settings.write_text(json.dumps(dict(CAMERA, map=MAP, tracking=False, mirrored=mirrored)))
     with PtyPair() as cable:
         options = ("--settings", str(settings), "--fps", "40", "--rounds", "0")
         process = start_firmware(frames, cable.device_a, *options)
@@ -218,6 +219,20 @@ def test_the_page_in_a_browser_before_a_real_firmware(tmp_path):
         folder = os.environ.get("LARICS_SCREENSHOTS")
         if folder:
             browser.save_screenshot(os.path.join(folder, "monitor.png"))
+
+
+def test_the_picture_of_a_mirrored_sensor_shows_the_ids_that_the_camera_sends(tmp_path):
+    with (
+        firmware(tmp_path, marker_id=4, mirrored=True) as (device, _),
+        monitored(SerialSource(device)) as (session, server),
+    ):
+        wait_until(lambda: session.state.markers)
+        assert json.loads(request(server, "/events").readline().removeprefix(b"data: "))["raw"]["ids"] == []
+        assert session.fetch_raw()
+        wait_until(lambda: session.raw.version, limit_s=180)  # the kernels may have to be compiled
+        with session.lock:
+            assert session.raw.error is None and session.raw.ids == [4]
+            assert {marker["id"] for marker in session.state.markers} == {4}
 
 
 @pytest.fixture

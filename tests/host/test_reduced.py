@@ -8,7 +8,7 @@ import pytest
 
 from larics.marker.detection import NO_ID
 from larics_host import cli
-from larics_host.detection.detectors import make_detector
+from larics_host.detection.detectors import DEFAULT_RADIUS_PX, make_detector
 from larics_host.detection.reduced import levels_of, shrunk, unknown_levels
 from larics_host.render import render_frame
 
@@ -75,9 +75,12 @@ def test_levels_cover_the_range_and_stay_within_the_limits():
                 assert 6 <= level.low_px < level.high_px <= 72 or low == high
             for fine, coarse in zip(levels[:-1], levels[1:], strict=True):
                 assert fine.factor * fine.high_px >= coarse.factor * coarse.low_px
-    assert levels_of(360, 296, 25, 35) == [(1, 25, 35)] and len(unknown_levels(120, 120, 10, 66)) == 1
+    assert (
+        levels_of(360, 296, 25, 35) == [(1, 25, 35)]
+        and len(unknown_levels(120, 120, *DEFAULT_RADIUS_PX)) == 1
+    )
     for size in ((360, 296), (1920, 1080), (6307, 6425)):
-        levels = unknown_levels(*size, 10, 66)
+        levels = unknown_levels(*size, *DEFAULT_RADIUS_PX)
         assert levels[-1].factor * levels[-1].high_px >= 0.95 * min(size) / 2 - levels[-1].factor
         for fine, coarse in zip(levels[:-1], levels[1:], strict=True):
             assert fine.factor * fine.high_px >= coarse.factor * coarse.low_px

@@ -13,6 +13,7 @@ import pupil_apriltags
 
 from larics.marker import detection
 from larics.marker.verdicts import VERDICT_NAMES
+from larics_host.detection.options import DetectionOptions
 from larics_host.validation.scoring import Found
 
 RADIUS_TOLERANCE = 0.15  # a known radius is known within this share
@@ -137,21 +138,16 @@ class Condition(NamedTuple):
 
 
 def _larics(known, second_opinion=True):
-    from larics.detect.detector import Detector
-
-    low, high = radius_range(known.radius_px)
-    return Larics(
-        Detector(
-            known.width, known.height, radius_min_px=low, radius_max_px=high,
-            second_opinion=second_opinion, max_tilt_deg=known.max_tilt_deg,
-        )
-    )  # fmt: skip
+    radius_px = radius_range(known.radius_px)
+    options = DetectionOptions(
+        radius_px=radius_px, second_opinion=second_opinion, max_tilt_deg=known.max_tilt_deg
+    )
+    return Larics(options.make(known.width, known.height))
 
 
 def _paper(known):
-    from larics.detect.paper import PaperDetector
-
-    return Larics(PaperDetector(known.width, known.height, *radius_range(known.radius_px)))
+    options = DetectionOptions("paper", radius_px=radius_range(known.radius_px))
+    return Larics(options.make(known.width, known.height))
 
 
 # name: (label, what is drawn, constructor)

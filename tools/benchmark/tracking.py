@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from larics.detect.detector import Detector
 from larics.marker import detection
+from larics_host.detection.options import DetectionOptions
 from larics_host.validation.scoring import heading_error
 
 from . import frames, methods
@@ -24,8 +24,8 @@ def compare(preset, seed, count, radius_px, on_done=lambda count: None):
 
     Returns frames, tracked_pct, other_id (different ID, or only one of the two is certain), and the median
     and the largest difference of centre (px) and heading (deg) among those tracked."""
-    low, high = methods.radius_range(radius_px)
-    detector = Detector(frames.WIDTH, frames.HEIGHT, radius_min_px=low, radius_max_px=high)
+    options = DetectionOptions(radius_px=methods.radius_range(radius_px))
+    detector = options.make(frames.WIDTH, frames.HEIGHT)
     random = np.random.default_rng(seed)
     found = tracked = other_id = 0
     centre, heading = [], []

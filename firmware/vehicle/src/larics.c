@@ -85,6 +85,8 @@ static const field fields[] LARICS_IN_FLASH = {
     {U30, offsetof(larics_status, detect_us)},
     {U30, offsetof(larics_status, latency_us)},
     {U30, offsetof(larics_status, free_bytes)},
+    {U30, offsetof(larics_status, unanswered)},
+    {U30, offsetof(larics_status, clamped)},
     {U16, offsetof(larics_ack, token)},
     {U8, offsetof(larics_ack, command)},
     {U16, offsetof(larics_nack, token)},
@@ -143,20 +145,20 @@ static const layout layouts[] LARICS_IN_FLASH = {
     {LARICS_INFO, 0, 10, 40},
     {LARICS_MARKER, 10, 12, 30},
     {LARICS_POSE, 22, 11, 28},
-    {LARICS_STATUS, 33, 24, 72},
-    {LARICS_ACK, 57, 2, 3},
-    {LARICS_NACK, 59, 4, 5},
-    {LARICS_SETTING, 63, 12, 39},
-    {LARICS_RAW_HEADER, 75, 7, 16},
-    {LARICS_RAW_CHUNK, 82, 3, 68},
-    {LARICS_GET_INFO, 85, 1, 2},
-    {LARICS_PING, 86, 1, 2},
-    {LARICS_GET_SETTING, 87, 2, 3},
-    {LARICS_SET_SETTING, 89, 12, 39},
-    {LARICS_SAVE_SETTINGS, 101, 1, 2},
-    {LARICS_GET_RAW, 102, 1, 2},
-    {LARICS_GET_RAW_AGAIN, 103, 4, 8},
-    {LARICS_RESTART, 107, 2, 4},
+    {LARICS_STATUS, 33, 26, 80},
+    {LARICS_ACK, 59, 2, 3},
+    {LARICS_NACK, 61, 4, 5},
+    {LARICS_SETTING, 65, 12, 39},
+    {LARICS_RAW_HEADER, 77, 7, 16},
+    {LARICS_RAW_CHUNK, 84, 3, 68},
+    {LARICS_GET_INFO, 87, 1, 2},
+    {LARICS_PING, 88, 1, 2},
+    {LARICS_GET_SETTING, 89, 2, 3},
+    {LARICS_SET_SETTING, 91, 12, 39},
+    {LARICS_SAVE_SETTINGS, 103, 1, 2},
+    {LARICS_GET_RAW, 104, 1, 2},
+    {LARICS_GET_RAW_AGAIN, 105, 4, 8},
+    {LARICS_RESTART, 109, 2, 4},
 };
 
 static const range ranges[] LARICS_IN_FLASH = {
@@ -170,10 +172,10 @@ static const range ranges[] LARICS_IN_FLASH = {
     {28, 0, 35999}, /* POSE.heading_cdeg */
     {32, 0, 36000}, /* POSE.next_cdeg */
     {48, 0, 2}, /* STATUS.state */
-    {77, 1, 65535}, /* RAW_HEADER.width */
-    {78, 1, 65535}, /* RAW_HEADER.height */
-    {79, 1, 65535}, /* RAW_HEADER.chunks */
-    {106, 1, 65535}, /* GET_RAW_AGAIN.count */
+    {79, 1, 65535}, /* RAW_HEADER.width */
+    {80, 1, 65535}, /* RAW_HEADER.height */
+    {81, 1, 65535}, /* RAW_HEADER.chunks */
+    {108, 1, 65535}, /* GET_RAW_AGAIN.count */
 };
 /* generated: end */
 

@@ -222,6 +222,8 @@ typedef struct {
     uint32_t detect_us; /* mean time of a detection, us */
     uint32_t latency_us; /* longest time from capture to sending in this second, us */
     uint32_t free_bytes; /* free heap */
+    uint32_t unanswered; /* commands left unanswered, because too many came at once */
+    uint32_t clamped; /* values reported as the nearest that their field can hold */
 } larics_status;
 
 /* the command was carried out; after the data it asked for */

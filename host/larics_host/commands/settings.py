@@ -126,10 +126,15 @@ def _get(args, client, _):
 
 
 def _set(args, client, changes):
+    from larics.settings import field
+    from larics.settings.fields import RESTART
     from larics_host.connection.camera_settings import apply, read_all
 
     sent = apply(client, read_all(client), changes)
     print("changed: %s" % ", ".join(sent) if sent else "the camera has these values already")
+    waiting = [name for name in sent if field(name).rebuilds & RESTART]
+    if waiting:
+        print("in use after a restart: %s" % ", ".join(waiting))
     if args.save:
         client.save()
         print("saved")

@@ -89,6 +89,8 @@ class Status(NamedTuple):
     detect_us: int  # mean time of a detection, us
     latency_us: int  # longest time from capture to sending in this second, us
     free_bytes: int  # free heap
+    unanswered: int  # commands left unanswered, because too many came at once
+    clamped: int  # values reported as the nearest that their field can hold
 
 
 class Ack(NamedTuple):

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from larics.marker import LARICS3
+from larics.marker import RADIUS_MAX_PX, RADIUS_MIN_PX
 from larics.marker.detection import NO_ID, flag_names
+from larics.marker.verdicts import MARGIN_MIN
+from larics.settings import field
+from larics.settings.fields import DETECTOR, FIELDS
 from larics_host.detection import reduced
 from larics_host.errors import UserError
 
@@ -15,9 +19,9 @@ if TYPE_CHECKING:
     from larics_host.annotations import AnyDetector
 
 
-METHODS = ("larics", "paper")
-DEFAULT_METHOD = "larics"
-DEFAULT_RADIUS_PX = (10, 66)  # what an unknown camera height may give
+METHODS = field("method").choices
+DEFAULT_METHOD = field("method").default
+DEFAULT_RADIUS_PX = (RADIUS_MIN_PX, RADIUS_MAX_PX)
 _MOST_PX = {
     "larics": reduced.RADIUS_MOST_PX,
     "paper": 90,
@@ -32,15 +36,17 @@ def make_detector(
     line_mm: int | None = None,
     allowed_ids: Iterable[int] | None = None,
     allow_id0: bool = False,
-    **more: Any,
+    max_tilt_deg: int = 0,
+    margin_min: int = MARGIN_MIN,
+    second_opinion: bool = True,
 ) -> AnyDetector:
-    """A detector for frames of one size.
+    """A detector for frames of one size, each by itself.
 
     method: one of METHODS; radius_px: (smallest, largest) radius of the outer ring, None when unknown;
     line_mm: whole mm, width of the lines at a ring radius of 150 mm, None for the usual 15 to 20;
     allowed_ids: the IDs that may be reported, None for all (method larics only);
+    max_tilt_deg, margin_min, second_opinion: as of `larics.detect.detector.Detector`, for that method.
     Frames over 1024 px and larger rings are reduced for it by whole factors; results are in original pixels.
-    more: max_tilt_deg, margin_min and second_opinion of `larics.detect.detector.Detector`, for that method.
     Raises UserError when no marker of that size can be in such a frame, or the method does not take it.
     """
     if method not in METHODS:
@@ -51,20 +57,19 @@ def make_detector(
             "a frame of %d x %d px is smaller than a ring of radius %d px: use larger frames or --radius-px"
             % (width, height, low)
         )
+    # not a Settings: frames and radii may be such as no camera has
+    settings = SimpleNamespace(**{f.name: f.default for f in FIELDS if f.rebuilds & DETECTOR})
+    settings.method, settings.tracking = method, False
+    settings.line_mm10 = 10 * (line_mm or 0)
+    settings.allowed_ids, settings.allow_id0 = allowed_ids or (), allow_id0
+    settings.max_tilt_cdeg, settings.margin_min = 100 * max_tilt_deg, margin_min
+    settings.second_opinion = second_opinion
 
     def make(width: int, height: int, low: int, high: int) -> AnyDetector:
-        # imported here: a method compiles its kernels when it is loaded
-        if method == "paper":
-            from larics.detect.paper import PaperDetector
+        from larics.device import factory  # it compiles the kernels
 
-            line_mm10 = 0 if line_mm is None else 10 * line_mm
-            family = LARICS3.scaled(LARICS3.outer_mm10, line_mm10, allow_id0)
-            return PaperDetector(width, height, low, high, family=family)
-        from larics.detect.detector import Detector
-
-        return Detector(
-            width, height, low, high, line_mm=line_mm, allowed_ids=allowed_ids, allow_id0=allow_id0, **more
-        )
+        settings.radius_min_px, settings.radius_max_px = low, high
+        return factory.make_detector(settings, (width, height))
 
     if radius_px:
         levels = reduced.levels_of(width, height, low, high, _MOST_PX[method])

@@ -25,7 +25,7 @@ FRAME_MOST_PX = 1024
 FRAME_LEAST_PX = (64, 48)
 RADIUS_LEAST_PX, RADIUS_MOST_PX = 6, 72  # in the reduced frame
 _STEP = 10  # from one reduction to the next; the ranges of radii, 1:12, overlap
-_UNKNOWN_STEP = 6  # those of an unknown radius are 1:6.6
+_UNKNOWN_STEP = 5  # those of an unknown radius are 1:6
 _LENGTH = re.compile(r"_q(\d+)$")  # fields in fractions of a pixel
 
 

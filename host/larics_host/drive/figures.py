@@ -101,16 +101,14 @@ def strip(
     """The kept frames (or these) side by side with what was seen in them, as the paper's figure 9.
 
     Returns (H, W, 3) uint8, BGR."""
-    from larics_host.detection.detectors import make_detector
+    from larics_host.detection.camera_view import CameraView
 
-    settings, camera = record.field.settings, record.field.camera
-    detector = make_detector(
-        "larics", camera.width, camera.height, (settings["radius_min_px"], settings["radius_max_px"])
-    )
+    camera = record.field.camera
+    view = CameraView(record.field.settings, camera.width, camera.height)
     tiles = []
     for time_s, picture, caption in record.pictures if pictures is None else pictures:
         tile = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
-        for found in detector.detect(picture):
+        for found in view.detect(picture):
             _draw_detection(tile, found)
         tile = cv2.resize(tile, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         label = "%.1f s  %s" % (time_s, caption)
@@ -124,13 +122,13 @@ def strip(
 
 
 def _draw_detection(tile, found):
-    x, y, radius = found.x_q8 / 256, found.y_q8 / 256, found.radius_q8 / 256
-    angle = math.radians(found.heading_cdeg / 100)
-    colour = (60, 180, 0) if found.marker_id >= 0 else (0, 140, 255)
+    x, y, radius = found["x"], found["y"], found["radius"]
+    angle = math.radians(found["heading"])
+    colour = (0, 140, 255) if found["id"] is None else (60, 180, 0)
     middle = (round(x * 16), round(y * 16))
     cv2.circle(tile, middle, round(radius * 16), colour, 1, cv2.LINE_AA, 4)
     end = (round((x + 2 * radius * math.cos(angle)) * 16), round((y - 2 * radius * math.sin(angle)) * 16))
     cv2.line(tile, middle, end, colour, 1, cv2.LINE_AA, 4)
-    text = str(found.marker_id) if found.marker_id >= 0 else "?"
+    text = "?" if found["id"] is None else str(found["id"])
     place = (round(x + 1.2 * radius), round(y + 1.2 * radius))
     cv2.putText(tile, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.8, colour, 2, cv2.LINE_AA)

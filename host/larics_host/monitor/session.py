@@ -6,6 +6,8 @@ import threading
 import time
 from typing import TYPE_CHECKING, Any
 
+from larics.device.sensor import EVERY_PART
+from larics.settings import FIELDS
 from larics_host.connection.byte_sources import ConnectionLost
 from larics_host.connection.client import Client, NoAnswer
 from larics_host.connection.receiver import message_of
@@ -14,15 +16,17 @@ from larics_host.errors import UserError
 if TYPE_CHECKING:
     from larics_host.monitor.state import MonitorState
 
-
-_DETECTOR_SETTINGS = ("method", "radius_min_px", "radius_max_px", "allow_id0")
+# what decides what the camera makes of a frame
+_DECISIVE = tuple(field.name for field in FIELDS if field.rebuilds & EVERY_PART)
 
 
 class RawPicture:
-    """The last raw frame: its number, the PNG with the detections drawn in, and how far a fetch is."""
+    """The last raw frame: its number, the IDs in it, the PNG with the detections drawn in, and how far a
+    fetch is."""
 
     def __init__(self) -> None:
         self.number = None
+        self.ids: list[int | None] = []  # None: uncertain
         self.png = None
         self.error = None
         self.progress = None  # (chunks received, chunks), None when no fetch is under way
@@ -48,7 +52,6 @@ class Session:
         self._start_s = time.monotonic()
         self._wanted = threading.Event()
         self._stop = threading.Event()
-        self._settings: dict[str, Any] = {}
         self._has_map = bool(state.landmarks)
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -88,12 +91,11 @@ class Session:
             self.ended = "the log is at its end" if at_end else str(error)
 
     def _ask(self):
-        """Map and detection settings of the camera; without an answer they stay unknown."""
+        """Who the camera is, and its map; without an answer they stay unknown."""
         try:
             info = self._client.info()
             with self.lock:
                 self.state.info = info
-            self._settings = {name: self._client.get(name) for name in _DETECTOR_SETTINGS}
             rows = self._client.get("map")
             with self.lock:
                 if not self._has_map:
@@ -104,17 +106,18 @@ class Session:
 
     def _fetch(self):
         try:
+            settings = {name: self._client.get(name) for name in _DECISIVE}
             raw = self._client.raw_frame(self._note_progress)
         except UserError as error:
             self._conclude(error=str(error))
             return
         # elsewhere, so that the line is read on meanwhile
-        threading.Thread(target=self._draw, args=(raw,), daemon=True).start()
+        threading.Thread(target=self._draw, args=(raw, settings), daemon=True).start()
 
-    def _conclude(self, number=None, png=None, error=None):
+    def _conclude(self, number=None, ids=(), png=None, error=None):
         with self.lock:
             if png:
-                self.raw.number, self.raw.png = number, png
+                self.raw.number, self.raw.ids, self.raw.png = number, list(ids), png
             self.raw.error = error
             self.raw.progress = None
             self.raw.version += 1
@@ -123,27 +126,18 @@ class Session:
         with self.lock:
             self.raw.progress = (received, total)
 
-    def _draw(self, raw):
+    def _draw(self, raw, settings):
         import cv2
         import numpy as np
 
-        from larics_host.detection import detectors
+        from larics_host.detection.camera_view import CameraView
         from larics_host.images.drawing import draw_detections
 
-        radius_px = None
-        if self._settings:
-            radius_px = (self._settings["radius_min_px"], self._settings["radius_max_px"])
+        frame = np.frombuffer(raw.pixels, np.uint8).reshape(raw.height, raw.width)
         try:
-            detector = detectors.make_detector(
-                self._settings.get("method", detectors.DEFAULT_METHOD),
-                raw.width,
-                raw.height,
-                radius_px,
-                allow_id0=self._settings.get("allow_id0", False),
-            )
+            found = CameraView(settings, raw.width, raw.height).detect(frame)
         except UserError as error:
             self._conclude(error=str(error))
             return
-        frame = np.frombuffer(raw.pixels, np.uint8).reshape(raw.height, raw.width)
-        found = [detectors.as_dict(one) for one in detector.detect(frame)]
-        self._conclude(raw.frame, cv2.imencode(".png", draw_detections(frame, found))[1].tobytes())
+        png = cv2.imencode(".png", draw_detections(frame, found))[1].tobytes()
+        self._conclude(raw.frame, [one["id"] for one in found], png)

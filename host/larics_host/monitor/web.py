@@ -107,6 +107,7 @@ class _Handler(BaseHTTPRequestHandler):
             raw = session.raw
             snapshot["raw"] = {
                 "number": raw.number,
+                "ids": raw.ids,
                 "progress": raw.progress,
                 "error": raw.error,
                 "version": raw.version,

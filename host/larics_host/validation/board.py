@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from larics.device.factory import make_detector, make_locator, make_navigator
 from larics.device.frame_messages import Reports
-from larics.device.measurements import Measuring
+from larics.device.sensor import EVERY_PART, Sensor
 from larics_host.connection.records import Marker, as_json, record_of
 from larics_host.errors import UserError
 from larics_host.images.frame_folder import number_of
@@ -45,23 +44,19 @@ class HostRun:
     """Does with a frame what the firmware does. settings: larics.settings.Settings; ValueError as there."""
 
     def __init__(self, settings: Settings) -> None:
-        self._settings = settings
-        self._detector = make_detector(settings)
-        self._locator = make_locator(settings)
-        self._navigator = make_navigator(settings)
-        self._measuring = Measuring()
+        self._sensor = Sensor(settings)
+        self._sensor.rebuild(EVERY_PART)
 
     def messages(self, number: int, frame: np.ndarray) -> list[dict[str, Any]]:
         """The MARKER messages of a frame as dicts, without a meaningful age."""
-        found = self._detector.detect(frame)
-        count = self._measuring.locate(found, self._settings, self._locator, self._navigator)
+        sensor = self._sensor
+        count = sensor.place(sensor.detector.detect(frame))
         kept = _Kept()
         reports = Reports(kept)
         if not count:
             reports.no_marker(number, 0)
         for index in range(count):
-            measurement = self._measuring.measurements[index]
-            reports.marker(number, 0, index, count, measurement, self._settings.focal_q8 > 0)
+            reports.marker(number, 0, index, count, sensor.measurements[index], sensor.calibrated)
         return kept.messages
 
 

@@ -20,7 +20,7 @@ from larics.detect.edges import EdgeFinder
 from larics.detect.scales import RADIUS_LEAST_PX, RADIUS_MOST_PX, cut, grouped, tilted_px
 from larics.detect.statistics import Statistics
 from larics.direct.reader import TINY_Q8, DirectReader
-from larics.marker import LARICS3, verdicts
+from larics.marker import LARICS3, RADIUS_MAX_PX, RADIUS_MIN_PX, verdicts
 from larics.marker.detection import FLAG_BLUR_MODEL, FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, Detection
 
 MARKERS = const(8)  # reported in one frame at most
@@ -50,8 +50,8 @@ class Detector:
     """
 
     def __init__(
-        self, width, height, radius_min_px=25, radius_max_px=35, line_mm=None, family=LARICS3,
-        allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
+        self, width, height, radius_min_px=RADIUS_MIN_PX, radius_max_px=RADIUS_MAX_PX, line_mm=None,
+        family=LARICS3, allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
         max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN,
     ):  # fmt: skip
         if not (64 <= width <= 1024 and 48 <= height <= 1024):

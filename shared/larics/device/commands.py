@@ -53,13 +53,14 @@ class Commands:
         raw_frame()             (pixels, width, height, frame number) of a copy that stays unchanged until
                                 the next call, or None
 
-    `restart_due` becomes True when the camera has to restart, as soon as its answer was sent.
+    `restart_due` becomes True when the camera has to restart, as soon as its answer was sent; `unanswered`
+    counts the requests that were dropped.
     """
 
     def __init__(self, settings, raw, actions, boot):
         self.values = None
         self.restart_due = False
-        self.dropped = 0
+        self.unanswered = 0
         self._settings = settings
         self._raw = raw
         self._actions = actions
@@ -85,7 +86,7 @@ class Commands:
         if number < m.FIRST_COMMAND:
             return
         if len(self._waiting) >= _WAITING:
-            self.dropped += 1
+            self.unanswered = (self.unanswered + 1) & m.COUNT_MAX
             return
         token = values[_TOKEN]
         if number in (m.PING, m.GET_INFO, m.GET_SETTING):

@@ -1,16 +1,19 @@
-"""Makes the parts of the program from the settings."""
+"""Makes what finds and places markers from the settings: the one path, on a board and in all tools on a PC.
+
+`settings` is anything with the settings as attributes, `size` the (width, height) of the frames when it is
+not that of the settings. What a function reads of the settings, those fields declare (`Field.rebuilds`).
+"""
 
 from larics.detect.tracker import Tracker
 from larics.locate.camera_model import Camera
 from larics.marker import LARICS3
-from larics.settings.constraints import calibrated_camera, line_mm, seen_id
+from larics.settings.constraints import CAMERA_SETTINGS, calibrated_camera, line_mm, seen_id
 
 
 def make_detector(settings, size=None):
     """What finds the markers as the settings ask for: its `detect(frame)` gives a list of Detection.
 
-    size: (width, height) of the frames when it is not that of the settings. ValueError when the ranges do
-    not suit it, MemoryError."""
+    ValueError when the settings do not suit the frames, MemoryError."""
     width, height = size or (settings.width, settings.height)
     radii = (settings.radius_min_px, settings.radius_max_px)
     family = LARICS3.scaled(settings.outer_mm10, settings.line_mm10, settings.allow_id0)
@@ -42,12 +45,12 @@ def make_detector(settings, size=None):
 
 def make_locator(settings, size=None):
     """The calibrated camera; without a calibration one of about 50 degrees, of which only the headings and
-    IDs mean something. size: as for make_detector. ValueError when the values are no camera."""
+    IDs mean something. ValueError when the values are no camera."""
     width, height = size or (settings.width, settings.height)
     if not settings.focal_q8:
         focal_q8 = 256 * max(width, height)
         return Camera(width, height, focal_q8, mount_cdeg=settings.mount_cdeg, mirrored=settings.mirrored)
-    return calibrated_camera(width, height, settings.as_dict())
+    return calibrated_camera(width, height, {name: getattr(settings, name) for name in CAMERA_SETTINGS})
 
 
 def make_navigator(settings):

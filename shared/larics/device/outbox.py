@@ -12,6 +12,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
+from larics.device.measurements import MARKERS_MOST
 from larics.wire.codec import MAX_FRAME, frame_size
 from larics.wire.messages import COUNT_MAX, MARKER, RAW_CHUNK
 
@@ -62,11 +63,10 @@ class Outbox:
     sources      (answers, raw): objects with next() -> type number or 0, and `values`
     ticks_diff   difference of two clock readings in microseconds, as time.ticks_diff
     divider      send the measurements of every n-th frame
-    markers      most markers of one frame that are kept
     uptime       an Uptime that poll advances, shared with encoders that tell the time
 
-    Counters: frames (sent), drops (replaced before they began to be sent), overflows (messages beyond
-    what fits for one frame). `worst_age_us` is the largest age sent; set it to 0 to begin anew.
+    `drops` counts the frames that were replaced before they began to be sent. `worst_age_us` is the largest
+    age sent; set it to 0 to begin anew.
     """
 
     def __init__(
@@ -78,14 +78,11 @@ class Outbox:
         ticks_diff,
         measurements=None,
         divider=1,
-        markers=8,
         uptime=None,
     ):
         self.uptime = uptime or Uptime()
         self.divider = divider
-        self.frames = 0
         self.drops = 0
-        self.overflows = 0
         self.worst_age_us = 0
         self._sink = sink
         self._encoder = encoder
@@ -98,8 +95,8 @@ class Outbox:
         self._room = sink.free()
         self._largest = max(MAX_FRAME + 1, len(self._measurements.buffer))
         self._skipped = divider - 1
-        self._waiting = _Group(markers + 1)
-        self._sending = _Group(markers + 1)
+        self._waiting = _Group(MARKERS_MOST + 1)  # and the POSE
+        self._sending = _Group(MARKERS_MOST + 1)
         self._status = None
         self._status_type = 0
         self._owed_us = 0  # line time of what was given to the sink and is not yet on the line
@@ -120,12 +117,10 @@ class Outbox:
         return True
 
     def add(self, number, values):
-        """A MARKER or POSE of this frame; values are copied, age_us being the age at commit."""
+        """A MARKER or POSE of this frame; values are copied, age_us being the age at commit. IndexError when
+        a frame has more than MARKERS_MOST of the one and one of the other."""
         group = self._waiting
         place = group.count
-        if place >= len(group.numbers) - (number == MARKER):  # the last place is for the POSE
-            self.overflows = (self.overflows + 1) & COUNT_MAX
-            return
         kept = group.values[place]
         for k in range(len(values)):
             kept[k] = values[k]
@@ -175,7 +170,6 @@ class Outbox:
             group.ready = False
             group.count = 0
             self._sending.sent = 0
-            self.frames = (self.frames + 1) & COUNT_MAX
             return True
         return self._send_answer() or self._send_chunk()
 

@@ -59,8 +59,7 @@ class Localizer:
 
     After `update`: state, x_mm10, y_mm10, heading_cdeg (0..35999), sigma_mm10, sigma_cdeg (SIGMA_UNKNOWN
     when LOST), age_us since the last measurement, marker_id and entry of that one (ID_NONE and -1 before
-    the first), fault (0, or why a marker of this frame was refused), rejects (markers refused since
-    start), moves (times that the vehicle was found to have been moved).
+    the first), fault (0, or why a marker of this frame was refused).
     """
 
     def __init__(self, marker_map, coast_us=3000000, speed_mm_s=2000, tolerance_q8=20):
@@ -76,7 +75,6 @@ class Localizer:
         self.entry = -1
         self.hint = -1  # entry that the route expects: decides between places of the same ID
         self.fault = 0
-        self.rejects = self.moves = 0
         self._fix_us = 0  # time of the last measurement, and what it said
         self._motion = Motion()
         self._history = array("i", [0] * 7)  # the measurement before the last: x, y, heading, 100 us to the
@@ -157,7 +155,6 @@ class Localizer:
     def _refuse(self, fault, marker_id):
         self.fault = fault
         self._refused_ids |= 1 << (marker_id & 15)
-        self.rejects = (self.rejects + 1) & COUNT_MAX
 
     def _place(self, measurement, entry, at):
         """Where a measurement of this entry puts the vehicle, into self._seen[at:at + 4]."""
@@ -251,8 +248,6 @@ class Localizer:
         if self._agreed < (_AGREE_LOST if expected else _AGREE_MOVED):
             return 0
         self._refused_ids = 0
-        if not expected:
-            self.moves = (self.moves + 1) & COUNT_MAX
         self._known = 0
         self._motion.stop()
         if moving:  # the frame before agreed, so it tells the speed

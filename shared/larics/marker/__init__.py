@@ -24,6 +24,9 @@ CELLS_OF_GROUP = 3
 CELL_CDEG = 900  # width of a cell
 # where a group begins, counterclockwise: first cell 0 of each quarter turn, then its cell 3
 GROUPS_CDEG = tuple([9000 * quarter + angle for quarter in range(4) for angle in (1400, 4900)])
+# the outer ring's radius in the image that is looked for when nobody says which
+RADIUS_MIN_PX = 10
+RADIUS_MAX_PX = 60
 
 RING = "ring"
 LINE = "line"

@@ -16,7 +16,8 @@ _LINE_LEAST_MM = const(5)  # at an outer radius of 150 mm
 _LINE_MOST_MM = const(30)
 _ID_MOST = const(7)
 
-_CAMERA_SETTINGS = (
+CAMERA_SETTINGS = (
+    "focal_q8", "center_x_q8", "center_y_q8",
     "k1_e5", "k2_e5", "mount_cdeg", "mirrored", "tilt_forward_cdeg", "tilt_left_cdeg", "camera_x_mm10",
     "camera_y_mm10", "camera_z_mm10", "ceiling_mm10",
 )  # fmt: skip
@@ -40,7 +41,7 @@ def calibrated_camera(width, height, values):
         values["focal_q8"],
         center_x_q8=values["center_x_q8"] or None,
         center_y_q8=values["center_y_q8"] or None,
-        **{name: values[name] for name in _CAMERA_SETTINGS},
+        **{name: values[name] for name in CAMERA_SETTINGS[3:]},
     )
 
 

@@ -1,17 +1,36 @@
 """The table of settings, `FIELDS`, and what a single value may be. See `larics.settings`."""
 
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.marker import RADIUS_MAX_PX, RADIUS_MIN_PX
+
+# what has to be made anew when a setting changes: Field.rebuilds is a sum of these
+DETECTOR = const(1)
+LOCATOR = const(2)
+NAVIGATOR = const(4)
+EXPOSURE = const(8)
+OUTPUT = const(16)
+RESTART = const(32)  # all of them, by a restart: until then the value before stays in use
+
 
 class Field:
-    """One setting. `key` is its number on the wire and never changes its meaning."""
+    """One setting. `key` is its number on the wire and never changes its meaning; `rebuilds` says what a
+    change makes anew, 0 for nothing. The other parts stay as they are: a new line rate costs no pose."""
 
     # only few have these: on a board with little memory the others do without
     choices = ()
     length = 0
     columns = ()
 
-    def __init__(self, key, name, kind, default, low, high, unit, meaning, choices=(), length=0, columns=()):
+    def __init__(
+        self, key, name, rebuilds, kind, default, low, high, unit, meaning, choices=(), length=0, columns=()
+    ):
         self.key = key
         self.name = name
+        self.rebuilds = rebuilds
         self.kind = kind
         self.default = default
         self.low = low
@@ -105,69 +124,81 @@ def _is_within(value, low, high):
     return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
+# fmt: off
 FIELDS = (
-    Field(1, "width", "int", 320, 80, 1024, "px", "frame width"),
-    Field(2, "height", "int", 240, 60, 1024, "px", "frame height"),
-    Field(3, "focal_q8", "int", 0, 0, 1048575, "1/256 px", "focal length, from 5120 on; 0: not calibrated"),
-    Field(4, "center_x_q8", "int", 0, 0, 262143, "1/256 px", "principal point; 0: middle of the frame"),
-    Field(5, "center_y_q8", "int", 0, 0, 262143, "1/256 px", "principal point; 0: middle of the frame"),
-    Field(6, "k1_e5", "int", 0, -100000, 100000, "1/100000", "radial lens distortion, with r squared"),
-    Field(7, "k2_e5", "int", 0, -100000, 100000, "1/100000", "radial lens distortion, with r to the 4th"),
-    Field(8, "mount_cdeg", "int", 0, 0, 35999, "0.01 deg", "where the image top points, ccw from forward"),
-    Field(9, "mirrored", "bool", False, 0, 1, "", "the sensor shows left and right exchanged"),
-    Field(10, "tilt_forward_cdeg", "int", 0, -3000, 3000, "0.01 deg", "lean of the optical axis, forward"),
-    Field(11, "tilt_left_cdeg", "int", 0, -3000, 3000, "0.01 deg", "lean of the optical axis to the left"),
-    Field(12, "camera_x_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, forward"),
-    Field(13, "camera_y_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, to the left"),
-    Field(14, "camera_z_mm10", "int", 0, -100000, 100000, "0.1 mm", "lens in the vehicle frame, up"),
-    Field(15, "ceiling_mm10", "int", 0, 0, 300000, "0.1 mm", "height of the markers; 0: from their size"),
-    Field(19, "method", "choice", "larics", 0, 0, "", "how markers are found", choices=("larics", "paper")),
-    Field(20, "radius_min_px", "int", 10, 6, 72, "px", "smallest outer ring to look for, below the largest"),
-    Field(21, "radius_max_px", "int", 60, 6, 72, "px", "largest outer ring to look for"),
-    Field(22, "outer_mm10", "int", 1500, 100, 4000, "0.1 mm", "radius of the markers' outer ring"),
-    Field(23, "line_mm10", "int", 0, 0, 1000, "0.1 mm", "width of their lines; 0: 2/15 of the radius"),
-    Field(24, "allowed_ids", "list", (), 0, 254, "", "the only IDs reported; empty: every ID", length=8),
-    Field(25, "allow_id0", "bool", False, 0, 1, "", "also ID 0, the one without a coding line"),
-    Field(26, "tracking", "bool", True, 0, 1, "", "look around the predicted place first"),
-    Field(27, "second_opinion", "bool", True, 0, 1, "", "slower check of a blurred or tiny candidate"),
-    Field(28, "confirm_needed", "int", 1, 1, 10, "frames", "an ID counts when so many frames agree ..."),
-    Field(29, "confirm_frames", "int", 1, 1, 10, "frames", "... of so many"),
-    Field(30, "max_tilt_cdeg", "int", 0, 0, 4000, "0.01 deg", "of the camera: widens the radii searched"),
-    Field(31, "max_speed_mm_s", "int", 500, 0, 5000, "mm/s", "fastest drive, for the motion blur limit"),
-    Field(32, "margin_min", "int", 16, 0, 255, "", "report no marker of less; more: fewer wrong and found"),
+    Field(1, "width", RESTART, "int", 320, 80, 1024, "px", "frame width"),
+    Field(2, "height", RESTART, "int", 240, 60, 1024, "px", "frame height"),
+    Field(3, "focal_q8", LOCATOR | NAVIGATOR | EXPOSURE, "int", 0, 0, 1048575, "1/256 px",
+          "focal length, from 5120 on; 0: not calibrated"),
+    Field(4, "center_x_q8", LOCATOR, "int", 0, 0, 262143, "1/256 px",
+          "principal point; 0: middle of the frame"),
+    Field(5, "center_y_q8", LOCATOR, "int", 0, 0, 262143, "1/256 px",
+          "principal point; 0: middle of the frame"),
+    Field(6, "k1_e5", LOCATOR, "int", 0, -100000, 100000, "1/100000",
+          "radial lens distortion, with r squared"),
+    Field(7, "k2_e5", LOCATOR, "int", 0, -100000, 100000, "1/100000",
+          "radial lens distortion, with r to the 4th"),
+    Field(8, "mount_cdeg", LOCATOR, "int", 0, 0, 35999, "0.01 deg",
+          "where the image top points, ccw from forward"),
+    Field(9, "mirrored", DETECTOR | LOCATOR, "bool", False, 0, 1, "",
+          "the sensor shows left and right exchanged"),
+    Field(10, "tilt_forward_cdeg", LOCATOR, "int", 0, -3000, 3000, "0.01 deg",
+          "lean of the optical axis, forward"),
+    Field(11, "tilt_left_cdeg", LOCATOR, "int", 0, -3000, 3000, "0.01 deg",
+          "lean of the optical axis to the left"),
+    Field(12, "camera_x_mm10", LOCATOR, "int", 0, -100000, 100000, "0.1 mm",
+          "lens in the vehicle frame, forward"),
+    Field(13, "camera_y_mm10", LOCATOR, "int", 0, -100000, 100000, "0.1 mm",
+          "lens in the vehicle frame, to the left"),
+    Field(14, "camera_z_mm10", LOCATOR | NAVIGATOR | EXPOSURE, "int", 0, -100000, 100000, "0.1 mm",
+          "lens in the vehicle frame, up"),
+    Field(15, "ceiling_mm10", LOCATOR | EXPOSURE, "int", 0, 0, 300000, "0.1 mm",
+          "height of the markers; 0: from their size"),
+    Field(19, "method", DETECTOR, "choice", "larics", 0, 0, "",
+          "how markers are found", choices=("larics", "paper")),
+    Field(20, "radius_min_px", DETECTOR, "int", RADIUS_MIN_PX, 6, 72, "px",
+          "smallest outer ring to look for, below the largest"),
+    Field(21, "radius_max_px", DETECTOR | EXPOSURE, "int", RADIUS_MAX_PX, 6, 72, "px",
+          "largest outer ring to look for"),
+    Field(22, "outer_mm10", DETECTOR | NAVIGATOR | EXPOSURE, "int", 1500, 100, 4000, "0.1 mm",
+          "radius of the markers' outer ring"),
+    Field(23, "line_mm10", DETECTOR, "int", 0, 0, 1000, "0.1 mm",
+          "width of their lines; 0: 2/15 of the radius"),
+    Field(24, "allowed_ids", DETECTOR | NAVIGATOR, "list", (), 0, 254, "",
+          "the only IDs reported; empty: every ID", length=8),
+    Field(25, "allow_id0", DETECTOR, "bool", False, 0, 1, "", "also ID 0, the one without a coding line"),
+    Field(26, "tracking", DETECTOR, "bool", True, 0, 1, "", "look around the predicted place first"),
+    Field(27, "second_opinion", DETECTOR, "bool", True, 0, 1, "",
+          "slower check of a blurred or tiny candidate"),
+    Field(28, "confirm_needed", DETECTOR, "int", 1, 1, 10, "frames",
+          "an ID counts when so many frames agree ..."),
+    Field(29, "confirm_frames", DETECTOR, "int", 1, 1, 10, "frames", "... of so many"),
+    Field(30, "max_tilt_cdeg", DETECTOR, "int", 0, 0, 4000, "0.01 deg",
+          "of the camera: widens the radii searched"),
+    Field(31, "max_speed_mm_s", NAVIGATOR | EXPOSURE, "int", 500, 0, 5000, "mm/s",
+          "fastest drive, for the motion blur limit"),
+    Field(32, "margin_min", DETECTOR, "int", 16, 0, 255, "",
+          "report no marker of less; more: fewer wrong and found"),
+    Field(40, "baud", RESTART, "choice", 115200, 0, 0, "", "speed of the line",
+          choices=(9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000)),
+    Field(41, "output", RESTART, "choice", "larics", 0, 0, "",
+          "encoding", choices=("larics", "nmea", "mavlink")),
+    Field(42, "rate_divider", OUTPUT, "int", 1, 1, 255, "", "send the measurements of every n-th frame"),
+    Field(43, "mavlink_system", RESTART, "int", 1, 1, 255, "", "MAVLink system ID"),
+    Field(44, "mavlink_component", RESTART, "int", 197, 1, 255, "", "MAVLink component ID"),
+    Field(50, "exposure", EXPOSURE, "choice", "auto", 0, 0, "", "exposure policy", choices=("auto", "fixed")),
+    Field(51, "exposure_us", EXPOSURE, "int", 5000, 10, 100000, "us",
+          "exposure time when fixed, first one when auto"),
+    Field(52, "exposure_max_us", EXPOSURE, "int", 33000, 10, 100000, "us", "longest exposure time when auto"),
+    Field(53, "gain_db10", EXPOSURE, "int", 0, 0, 480, "0.1 dB", "gain when fixed, first one when auto"),
+    Field(54, "gain_max_db10", EXPOSURE, "int", 240, 0, 480, "0.1 dB", "highest gain when auto"),
+    Field(55, "blur_max_q8", EXPOSURE, "int", 512, 64, 5120, "1/256 px",
+          "motion blur allowed at max_speed_mm_s when auto"),
+    Field(56, "target_grey", EXPOSURE, "int", 110, 20, 235, "", "mean grey aimed at when auto"),
+    Field(60, "route", NAVIGATOR, "list", (), 0, 254, "",
+          "IDs of the markers in the order of driving", length=64),
     Field(
-        40,
-        "baud",
-        "choice",
-        115200,
-        0,
-        0,
-        "",
-        "speed of the line, after a restart",
-        choices=(9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000),
-    ),
-    Field(41, "output", "choice", "larics", 0, 0, "", "encoding", choices=("larics", "nmea", "mavlink")),
-    Field(42, "rate_divider", "int", 1, 1, 255, "", "send the measurements of every n-th frame"),
-    Field(43, "mavlink_system", "int", 1, 1, 255, "", "MAVLink system ID"),
-    Field(44, "mavlink_component", "int", 197, 1, 255, "", "MAVLink component ID"),
-    Field(50, "exposure", "choice", "auto", 0, 0, "", "exposure policy", choices=("auto", "fixed")),
-    Field(51, "exposure_us", "int", 5000, 10, 100000, "us", "exposure time when fixed, first one when auto"),
-    Field(52, "exposure_max_us", "int", 33000, 10, 100000, "us", "longest exposure time when auto"),
-    Field(53, "gain_db10", "int", 0, 0, 480, "0.1 dB", "gain when fixed, first one when auto"),
-    Field(54, "gain_max_db10", "int", 240, 0, 480, "0.1 dB", "highest gain when auto"),
-    Field(
-        55, "blur_max_q8", "int", 512, 64, 5120, "1/256 px", "motion blur allowed at max_speed_mm_s when auto"
-    ),
-    Field(56, "target_grey", "int", 110, 20, 235, "", "mean grey aimed at when auto"),
-    Field(60, "route", "list", (), 0, 254, "", "IDs of the markers in the order of driving", length=64),
-    Field(
-        61,
-        "map",
-        "table",
-        (),
-        0,
-        0,
-        "",
+        61, "map", NAVIGATOR, "table", (), 0, 0, "",
         "where the markers are: ID, place and direction of the orientation line in the map frame, height "
         "in the vehicle frame (0: ceiling_mm10), radius of the outer ring (0: outer_mm10)",
         length=63,
@@ -181,3 +212,4 @@ FIELDS = (
         ),
     ),
 )
+# fmt: on

@@ -195,6 +195,8 @@ MESSAGES = (
             ("detect_us", "I", "us", 0, COUNT_MAX, "mean time of a detection"),
             ("latency_us", "I", "us", 0, COUNT_MAX, "longest time from capture to sending in this second"),
             ("free_bytes", "I", "", 0, COUNT_MAX, "free heap"),
+            ("unanswered", "I", "", 0, COUNT_MAX, "commands left unanswered, because too many came at once"),
+            ("clamped", "I", "", 0, COUNT_MAX, "values reported as the nearest that their field can hold"),
         ),
     ),
     (

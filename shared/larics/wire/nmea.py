@@ -3,7 +3,7 @@
     $PLRCM,frame,age_ms,flags,id,index,count,x_mm,y_mm,z_mm,heading_deg,margin,radius_px*hh
     $PLRCP,frame,age_ms,state,id,x_mm,y_mm,heading_deg,sigma_mm,sigma_deg,route,next_deg*hh
     $PLRCS,version,uptime_s,frames,missed,detections,rejects,drops,crc,line,faults,last,active,state,
-           exposure_us,gain_db,grey,rate_hz,frame_us,detect_us,latency_us,free*hh
+           exposure_us,gain_db,grey,rate_hz,frame_us,detect_us,latency_us,free,unanswered,clamped*hh
 
 hh is the exclusive or of everything between $ and *, in hexadecimal; each line ends with CR and LF. What
 is unknown or none stays empty. state is T tracking, C coasting, L lost. Lines are at most LONGEST bytes,
@@ -40,6 +40,7 @@ _POSE_SIGMA_MM10 = const(7)
 _POSE_SIGMA_CDEG = const(8)
 _POSE_ROUTE_POSITION = const(9)
 _POSE_NEXT_CDEG = const(10)
+_STATUS_FIELDS = const(26)
 _STATUS_VERSION_MAJOR = const(0)
 _STATUS_VERSION_MINOR = const(1)
 _STATUS_VERSION_PATCH = const(2)
@@ -47,7 +48,6 @@ _STATUS_UPTIME_S = const(4)
 _STATUS_STATE = const(15)
 _STATUS_GAIN_CDB = const(17)
 _STATUS_RATE_CHZ = const(19)
-_STATUS_FREE_BYTES = const(23)
 # generated: end indices
 
 LONGEST = const(256)
@@ -116,7 +116,7 @@ class NmeaEncoder:
         self._digits(values[_STATUS_VERSION_MINOR], 0)
         self._byte(0x2E)
         self._digits(values[_STATUS_VERSION_PATCH], 0)
-        for k in range(_STATUS_UPTIME_S, _STATUS_FREE_BYTES + 1):
+        for k in range(_STATUS_UPTIME_S, _STATUS_FIELDS):
             if k == _STATUS_STATE:
                 self._byte(0x2C)
                 self._byte(_STATES[values[k]])

@@ -28,6 +28,7 @@ class World:
         self.callback = None
         self.image_value = 0
         self.opened = 0
+        self.cut_px = None  # (width, height) that windows are cut to
 
     def complete(self, count=1):
         """The sensor finishes frames: the newest replaces one that waits."""
@@ -96,6 +97,8 @@ class CSI:
         if x >= self._size[0] or y >= self._size[1]:
             raise ValueError("ROI does not overlap on the image!")
         w, h = min(w, self._size[0] - x), min(h, self._size[1] - y)  # cut to the frame, silently
+        if world.cut_px:
+            w, h = min(w, world.cut_px[0]), min(h, world.cut_px[1])
         world.calls.append("window")
         self._window = (x, y, w, h)
         self._memory = None

@@ -1,0 +1,75 @@
+"""What commands from the wire do to the running program; see larics.device.commands."""
+
+from larics.settings import field
+from larics.settings.fields import FIELDS, OUTPUT
+from larics.wire import messages as m
+from status import VERSION
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+# generated: begin indices (tools/make_protocol.py)
+_INFO_VERSION_MAJOR = const(2)
+_INFO_VERSION_MINOR = const(3)
+_INFO_VERSION_PATCH = const(4)
+_INFO_WIDTH = const(5)
+_INFO_HEIGHT = const(6)
+_INFO_SETTINGS = const(7)
+_INFO_BOARD = const(8)
+_INFO_UNIQUE_ID = const(9)
+# generated: end indices
+
+
+class Actions:
+    """camera, settings, parts, faults   as in app.App; keeper: settings_store.SettingsStore, or None where
+    settings cannot be kept; board: its name; unique_id: of the processor, bytes. `outbox` is set when it is
+    made."""
+
+    def __init__(self, camera, settings, parts, faults, keeper, board, unique_id):
+        self._camera = camera
+        self._settings = settings
+        self._parts = parts
+        self._faults = faults
+        self._keeper = keeper
+        self._board, self._unique_id = board, unique_id
+        self._copy = None
+        self.outbox = None
+
+    def info(self, values):
+        values[_INFO_VERSION_MAJOR], values[_INFO_VERSION_MINOR], values[_INFO_VERSION_PATCH] = VERSION
+        values[_INFO_WIDTH], values[_INFO_HEIGHT] = self._camera.width, self._camera.height
+        values[_INFO_SETTINGS] = max(entry.key for entry in FIELDS)
+        values[_INFO_BOARD] = padded(self._board, 16)
+        values[_INFO_UNIQUE_ID] = padded(self._unique_id, 12)
+
+    def settings_changed(self, name):
+        """Takes a new value into use: what the setting declares is made anew, and nothing else."""
+        rebuilds = field(name).rebuilds
+        self._parts.rebuild(rebuilds)
+        if rebuilds & OUTPUT:
+            self.outbox.divider = self._settings.rate_divider
+
+    def save(self):
+        return self._keeper is not None and self._keeper.save(self._settings)
+
+    def raw_frame(self):
+        camera = self._camera
+        if not camera.frame:
+            return None
+        try:
+            if self._copy is None or len(self._copy) != len(camera.frame):
+                self._copy = None
+                self._copy = bytearray(len(camera.frame))
+        except MemoryError:
+            self._faults.report(m.FAULT_MEMORY)
+            return None
+        self._copy[:] = camera.frame
+        return self._copy, camera.width, camera.height, camera.frame_number & m.COUNT_MAX
+
+
+def padded(text, size):
+    """Text or bytes as exactly `size` bytes, cut or filled with zeros."""
+    data = text.encode() if isinstance(text, str) else bytes(text)
+    return (data + bytes(size))[:size]

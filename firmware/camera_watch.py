@@ -1,0 +1,67 @@
+"""Watches over the camera: a driver that fails or falls silent is started again, for as long as it takes."""
+
+import gc
+
+from larics.wire import messages as m
+
+TIMEOUT_MS = 1000
+_RETRY_MS = 2000
+
+
+class CameraWatch:
+    """`camera`: driver, see cameras; `started`: whether its start succeeded. `missed` counts the frames that
+    the camera made and nobody fetched."""
+
+    def __init__(self, camera, faults, clock, started=True):
+        self.camera = camera
+        self.missed = 0
+        self._faults = faults
+        self._clock = clock
+        self._started = started
+        self._skipped = 0  # of the driver, at the last frame
+        self._frame_ms = clock.ticks_ms()
+
+    def grab(self):
+        """True when `camera.frame` is a new frame. Never raises and never waits but for a start."""
+        camera, faults, clock = self.camera, self._faults, self._clock
+        now_ms = clock.ticks_ms()
+        if not self._started:
+            return self._restart(now_ms)
+        try:
+            if camera.grab():
+                self._frame_ms = now_ms
+                faults.end(m.FAULT_CAMERA_TIMEOUT)
+                self.missed = (self.missed + camera.skipped - self._skipped) & m.COUNT_MAX
+                self._skipped = camera.skipped
+                return True
+            if camera.ended or clock.ticks_diff(now_ms, self._frame_ms) < TIMEOUT_MS:
+                return False
+            faults.begin(m.FAULT_CAMERA_TIMEOUT)
+        except MemoryError:
+            faults.report(m.FAULT_MEMORY)
+            gc.collect()
+            return False
+        except Exception:
+            faults.report(m.FAULT_CAMERA)
+        self._started = False
+        self._frame_ms = clock.ticks_add(now_ms, -_RETRY_MS)  # at once, the first time
+        return False
+
+    def _restart(self, now_ms):
+        if self._clock.ticks_diff(now_ms, self._frame_ms) < _RETRY_MS:
+            return False
+        camera, faults = self.camera, self._faults
+        try:
+            camera.stop()
+        except Exception:
+            faults.report(m.FAULT_CAMERA)
+        try:
+            camera.start()
+            self._skipped = 0
+            self._started = True
+            faults.report(m.FAULT_CAMERA_RESET)
+        except Exception:
+            faults.report(m.FAULT_CAMERA)
+            gc.collect()
+        self._frame_ms = self._clock.ticks_ms()
+        return False

@@ -1,0 +1,73 @@
+"""The sensor that settings describe: from a frame to measurements, poses and a state.
+
+Board, monitor, validation and figures all use this class, so that what a tool shows of a frame is what the
+board makes of it.
+"""
+
+from larics.device.factory import make_detector, make_locator, make_navigator
+from larics.device.measurements import Measuring
+from larics.device.tracking import Sighting
+from larics.settings.fields import DETECTOR, LOCATOR, NAVIGATOR
+from larics.wire.messages import COUNT_MAX
+
+EVERY_PART = DETECTOR | LOCATOR | NAVIGATOR
+
+
+class Sensor:
+    """`rebuild` first, and again with what the changed setting declares (Field.rebuilds).
+
+    settings     larics.settings.Settings; size: (width, height) of the frames, None for that of the settings
+    detector     its detect(frame) gives a list of Detection; None before it is built
+    locator      larics.locate.camera_model.Camera
+    navigator    larics.locate.navigator.Navigator; None without a map or a calibration
+    calibrated   whether millimetres mean anything
+    measurements, rejected   after `place`: those of the frame, and how many detections were not reported
+    """
+
+    def __init__(self, settings, size=None):
+        self.settings = settings
+        self.size = size
+        self.detector = self.locator = self.navigator = None
+        self.calibrated = False
+        self._measuring = Measuring()
+        self.measurements = self._measuring.measurements
+        self._sighting = Sighting()
+
+    def rebuild(self, parts=EVERY_PART, settings=None):
+        """Makes those of its parts anew that are among `parts`, by other `settings` when its own do not do.
+
+        ValueError when the settings do not suit the frames, MemoryError; the part that failed is then as it
+        was, but for a detector, which is gone: there may be no memory for two of them."""
+        settings = settings or self.settings
+        if parts & DETECTOR:
+            self.detector = None
+            self.detector = make_detector(settings, self.size)
+        if parts & LOCATOR:
+            self.locator = make_locator(settings, self.size)
+            self.calibrated = settings.focal_q8 > 0
+        if parts & NAVIGATOR:
+            self.navigator = make_navigator(settings)
+
+    @property
+    def rejected(self):
+        return self._measuring.rejected
+
+    def place(self, found):
+        """Puts the detections of a frame in place; returns how many `measurements` may be reported."""
+        return self._measuring.locate(found, self.settings, self.locator, self.navigator)
+
+    def follow(self, count, capture_us, now_ms):
+        """Takes the first `count` measurements of a processed frame for pose, route and state.
+
+        capture_us, now_ms: of any clocks modulo 2**30. Returns the fault of the navigator, 0 for none."""
+        self._sighting.update(self.measurements, count, now_ms)
+        if self.navigator is None:
+            return 0
+        self.navigator.update(self.measurements, count, capture_us & COUNT_MAX)
+        return self.navigator.fault
+
+    def state(self, now_ms):
+        """TRACKING, COASTING or LOST: of the pose or, without a map, of the markers."""
+        if self.navigator is not None:
+            return self.navigator.pose.state
+        return self._sighting.state(now_ms)
