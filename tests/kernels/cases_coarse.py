@@ -3,8 +3,17 @@
 from inputs import ints, random_bytes, zeros32
 
 from larics.arith import fixed
+from larics.kernels import layouts
 
 DIRECTIONS = 48
+
+
+def radii(**items):
+    """A range of radii: items by their names in lower case."""
+    found = zeros32(layouts.RADII_ITEMS)
+    for name in items:
+        found[getattr(layouts, "RADII_" + name.upper())] = items[name]
+    return found
 
 
 def edge_distances(random):
@@ -21,10 +30,10 @@ def edge_distances(random):
             position = width * height - 1 - random.below(width) if i & 1 else random.below(width * height)
             edges[i] = position | random.below(DIRECTIONS) << 20
         for capacity in (count, 20):
-            yield (
-                edges, 0, 0, 0, count, width, cx, cy, reach, half_line, slack, fixed.AXES,
-                ints(capacity, random), capacity,
+            scale = radii(
+                width=width, reach_q4=reach, half_line_q4=half_line, slack_q4=slack, capacity=capacity
             )  # fmt: skip
+            yield edges, 0, 0, 0, count, scale, cx, cy, fixed.AXES, ints(capacity, random)
 
 
 def choose_radius(random):
@@ -36,16 +45,15 @@ def choose_radius(random):
         distances = zeros32(count + 1)
         for i in range(count):
             distances[i] = random.below(8 * bins) | random.below(DIRECTIONS) << 16
-        yield (
-            random_bytes(bins, random), 0, 0, first, last, bins, inner_q10, distances, count, fixed.AXES,
-            rounds, ints(5, random),
-        )  # fmt: skip
+        scale = radii(first=first, last=last, bins=bins, inner_q10=inner_q10)
+        yield random_bytes(bins, random), 0, 0, scale, distances, count, fixed.AXES, rounds, ints(5, random)
     # a frame has far fewer edges of one direction at one distance than this
     for direction in (0, 12, 24, 36):
         distances = zeros32(1000)
         for i in range(1000):
             distances[i] = (60 * 8 + 4 + 40) | direction << 16
-        yield bytearray(100), 0, 0, 30, 90, 100, 683, distances, 1000, fixed.AXES, 4, zeros32(5)
+        scale = radii(first=30, last=90, bins=100, inner_q10=683)
+        yield bytearray(100), 0, 0, scale, distances, 1000, fixed.AXES, 4, zeros32(5)
 
 
 CASES = {

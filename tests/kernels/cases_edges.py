@@ -3,20 +3,31 @@
 from inputs import frames, ints, pixels, view, words, zeros16, zeros32
 
 from larics.arith import tables
+from larics.kernels import layouts
 
 WIDTH, HEIGHT = 33, 27
 PROBE_PX = 5  # how far the probes of the tests reach
 
 
+def grid(width, height, reach, step, first=0, end=0):
+    """The points between margins of `reach`."""
+    items = zeros32(layouts.GRID_ITEMS)
+    items[layouts.GRID_WIDTH] = width
+    items[layouts.GRID_REACH] = items[layouts.GRID_LEFT] = items[layouts.GRID_TOP] = reach
+    items[layouts.GRID_RIGHT] = width - reach
+    items[layouts.GRID_BOTTOM] = height - reach
+    items[layouts.GRID_STEP] = step
+    items[layouts.GRID_FIRST] = first
+    items[layouts.GRID_END] = end
+    return items
+
+
 def gradient_histogram(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for reach, step in ((1, 1), (2, 3), (3, 6)):
-            histogram = words(128, random, 0, 100)
-            yield (
-                frame, 0, 0, WIDTH, reach, reach, WIDTH - reach, reach, HEIGHT - reach, step, histogram
-            )  # fmt: skip
+        for reach, step, every in ((1, 1, 1), (2, 3, 1), (3, 3, 2)):
+            yield frame, 0, 0, grid(WIDTH, HEIGHT, reach, step), every, words(128, random, 0, 100)
     frame = view(pixels("salt", 1024, 5, random))
-    yield frame, 0, 0, 1024, 1, 1, 1023, 2, 4, 1, zeros16(128)
+    yield frame, 0, 0, grid(1024, 5, 1, 1), 1, zeros16(128)
 
 
 def edge_threshold(random):
@@ -33,18 +44,17 @@ def edge_threshold(random):
 
 def steep_positions(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for reach, step, rows, shift, threshold, listed, capacity in (
-            (1, 1, 1, 0, 0, 0, 2000),
-            (2, 4, 2, 2, 36, 3, 40),
-            (3, 3, 3, 0, 90000, 0, 5),
-            (2, 2, 1, 1, 0, 40, 40),
+        for reach, step, field, threshold, listed, capacity in (
+            (1, 1, 0, 0, 0, 2000),
+            (2, 2, 1, 36, 3, 40),
+            (3, 3, 0, 90000, 0, 5),
+            (2, 1, 1, 0, 40, 40),
+            (2, 3, 2, 100, 5, 200),
         ):
-            yield (
-                frame, 0, 0, WIDTH, reach, reach, WIDTH - reach, reach, HEIGHT - reach, step, rows, shift,
-                threshold, ints(capacity + 1, random), listed, capacity,
-            )  # fmt: skip
+            points = grid(WIDTH, HEIGHT, reach, step)
+            yield frame, 0, 0, points, field, threshold, ints(capacity + 1, random), listed, capacity
     frame = view(pixels("noise", 1024, 3, random))
-    yield frame, 0, 0, 1024, 1, 1, 1023, 1, 2, 1, 1, 0, 100, zeros32(1025), 0, 1024
+    yield frame, 0, 0, grid(1024, 3, 1, 1), 0, 100, zeros32(1025), 0, 1024
 
 
 def thin_line_edges(random):
@@ -62,8 +72,9 @@ def thin_line_edges(random):
             first = (PROBE_PX + 1) * WIDTH if thin else 0
             end = (HEIGHT - PROBE_PX - 3) * WIDTH if thin else WIDTH * HEIGHT
             yield (
-                frame, 0, 0, 0, edges, count, edges if reach == 2 else ints(count, random), WIDTH * reach,
-                reach, threshold, tables.DIRECTION_48, probes, first, end, thin,
+                frame, 0, 0, 0, edges, count, edges if reach == 2 else ints(count, random),
+                grid(WIDTH, HEIGHT, reach, 1, first=first, end=end), threshold, tables.DIRECTION_48, probes,
+                thin,
             )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from inputs import ints, words, zeros16, zeros32
 
 from larics.arith import tables
+from larics.kernels import layouts
 
 DIRECTIONS = 48
 ALL_BITS = (1 << 24) - 1
@@ -15,6 +16,14 @@ def sparse_cells(count, random, density):
         if random.below(density) == 0:
             cells[i] = random.below(1 << 24) | (ALL_BITS if random.below(4) == 0 else 0)
     return cells
+
+
+def cells_grid(**items):
+    """A grid of cells: items by their names in lower case."""
+    found = zeros32(layouts.CELLS_ITEMS)
+    for name in items:
+        found[getattr(layouts, "CELLS_" + name.upper())] = items[name]
+    return found
 
 
 def cast_votes(random):
@@ -34,13 +43,15 @@ def cast_votes(random):
         bits = zeros32(DIRECTIONS * 4)
         for i in range(len(bits)):
             bits[i] = 1 << random.below(24)
-        yield cells, 0, 0, offsets, 0, edges, count, width, step, row, outer, inner, bits
+        grid = cells_grid(width=width, step=step, row=row, outer=outer, inner=inner)
+        yield cells, 0, 0, offsets, edges, count, grid, bits
     # the last pixel of the largest frame, in one cell grid of step 8
     row = 140
     edges = zeros32(1)
     edges[0] = (1024 * 1024 - 1) | 47 << 20
     offsets = words(DIRECTIONS * 8, random, 0, row * 12)
-    yield zeros32(row * 141), 0, 0, offsets, 0, edges, 1, 1024, 8, row, 2, 2, zeros32(DIRECTIONS * 4)
+    grid = cells_grid(width=1024, step=8, row=row, outer=2, inner=2)
+    yield zeros32(row * 141), 0, 0, offsets, edges, 1, grid, zeros32(DIRECTIONS * 4)
 
 
 def join_cells(random):
@@ -74,13 +85,15 @@ def rank_centres(random):
             windows[i + 1] = random.between(1, row // 2 - 3)
             windows[i + 2] = random.between(1, rows // 2 - 3)
         centres = ints(3 * capacity + 3, random, 0, 1 << 20)
-        yield cells, 0, 0, row, windows, count, tables.BIT_COUNT, centres, capacity, padding, step
+        grid = cells_grid(row=row, padding=padding, step=step)
+        yield cells, 0, 0, grid, windows, count, tables.BIT_COUNT, centres, capacity
     # the far corner of the largest grid
     row = 1100
     cells = sparse_cells(row * 8, random, 2)
     windows = zeros16(3)
     windows[0], windows[1], windows[2] = 24, 547, 1
-    yield cells, 0, 0, row, windows, 1, tables.BIT_COUNT, zeros32(9), 2, 60, 1
+    grid = cells_grid(row=row, padding=60, step=1)
+    yield cells, 0, 0, grid, windows, 1, tables.BIT_COUNT, zeros32(9), 2
 
 
 CASES = {

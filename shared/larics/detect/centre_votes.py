@@ -15,6 +15,14 @@ from larics.arith import tables
 from larics.detect.edges import DIRECTIONS, offset_px
 from larics.kernels import votes as kernels
 
+_CELLS_WIDTH = const(0)  # items as in kernels.layouts
+_CELLS_STEP = const(1)
+_CELLS_ROW = const(2)
+_CELLS_PADDING = const(3)
+_CELLS_OUTER = const(4)
+_CELLS_INNER = const(5)
+_CELLS_ITEMS = const(6)
+
 _CHUNK = const(512)  # cells that are cleared at once
 LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands of frames had 15
 _LEAST_SCORE = const(180)  # the weakest true centre had 194, half of all others have less
@@ -49,6 +57,7 @@ class CellGrid:
 
     def __init__(self, width, height, step, radius_max_q8):
         padding = (radius_max_q8 >> 8) // step + 4
+        self.width = width
         self.padding = padding + (padding & 1)
         self.row = (width // step + 1 + 2 * self.padding + 1) & ~1
         self.rows = (height // step + 1 + 2 * self.padding + 1) & ~1
@@ -113,8 +122,13 @@ class CentreVotes:
                     run = self._run(direction, first_q8, last_q8, side, half_line_q8)
                     runs.append(run)
                     longest[ring] = max(longest[ring], len(run) + (len(run) & 1))
-        self._outer_entries, self._inner_entries = longest
-        self._offsets = array("H", bytes(DIRECTIONS * (self._outer_entries + self._inner_entries) * 4))
+        self._cells = array("i", bytes(4 * _CELLS_ITEMS))
+        self._cells[_CELLS_WIDTH] = grid.width
+        self._cells[_CELLS_STEP] = step
+        self._cells[_CELLS_ROW] = grid.row
+        self._cells[_CELLS_PADDING] = grid.padding
+        self._cells[_CELLS_OUTER], self._cells[_CELLS_INNER] = longest
+        self._offsets = array("H", bytes(DIRECTIONS * sum(longest) * 4))
         slot = 0
         for index, run in enumerate(runs):
             for entry in range(longest[index >> 1 & 1]):
@@ -123,7 +137,7 @@ class CentreVotes:
 
     def memory(self):
         """Bytes of the tables."""
-        return 2 * len(self._offsets)
+        return 2 * len(self._offsets) + 4 * _CELLS_ITEMS
 
     def _run(self, direction, first_q8, last_q8, side, half_line_q8):
         """Cell offsets of the centres that an edge may belong to, for one ring and polarity."""
@@ -138,7 +152,7 @@ class CentreVotes:
                 run.append(offset)
         return run
 
-    def find(self, edges, count, width, left, right, top, bottom):
+    def find(self, edges, count, left, right, top, bottom):
         """Votes with `count` edges and ranks the centres inside the rectangle (px); returns their number."""
         grid = self.grid
         buffers = self._buffers
@@ -151,8 +165,7 @@ class CentreVotes:
         block_bottom = half_padding + bottom // step // 2 + 1
         buffers.clear((block_top * 2 - 2) * grid.row, (block_bottom * 2 + 4) * grid.row)
         self.votes = kernels.cast_votes(
-            cells, 0, 0, self._offsets, 0, edges, count, width, step, grid.row, self._outer_entries,
-            self._inner_entries, buffers.bits,
+            cells, 0, 0, self._offsets, edges, count, self._cells, buffers.bits
         )  # fmt: skip
         block_row = grid.row // 2
         kernels.join_cells(
@@ -163,15 +176,5 @@ class CentreVotes:
             tables.BIT_COUNT, self._least, buffers.windows, WINDOWS,
         )  # fmt: skip
         return kernels.rank_centres(
-            cells,
-            0,
-            0,
-            grid.row,
-            buffers.windows,
-            windows,
-            tables.BIT_COUNT,
-            buffers.centres,
-            CENTRES,
-            grid.padding,
-            step,
+            cells, 0, 0, self._cells, buffers.windows, windows, tables.BIT_COUNT, buffers.centres, CENTRES
         )

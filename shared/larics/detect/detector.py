@@ -110,6 +110,10 @@ class Detector:
         self.direct = DirectReader(
             width, height, family, line_mm10, self._scales[-1].radius_max_q8, allowed_ids, margin_min
         )
+        for scale in self._scales:
+            scale.radii = self.direct.rings.radii(
+                scale.radius_min_q8, scale.radius_max_q8, scale.edges.half_line_q8
+            )
         self.blur_reader = None
         if second_opinion:
             from larics.blurred.reader import BlurModelReader  # a board with little memory does without
@@ -230,7 +234,7 @@ class Detector:
 
     def _vote(self, scale, listed, edges):
         """Lists the centres that the listed edges of the whole frame vote for; returns their number."""
-        centres = scale.votes.find(listed, edges, self.width, 0, self.width, 0, self.height)
+        centres = scale.votes.find(listed, edges, 0, self.width, 0, self.height)
         self.statistics.edges += edges
         self.statistics.votes += scale.votes.votes
         return centres
@@ -261,7 +265,7 @@ class Detector:
         edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
         self.statistics.steep += scale.edges.steep
         self.statistics.edges += edges
-        centres = scale.votes.find(scale.edges.edges, edges, self.width, left, right, top, bottom)
+        centres = scale.votes.find(scale.edges.edges, edges, left, right, top, bottom)
         self.statistics.votes += scale.votes.votes
         self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
 

@@ -13,11 +13,23 @@ from larics.kernels import edges as kernels
 
 DIRECTIONS = 48
 
+_GRID_WIDTH = const(0)  # items as in kernels.layouts
+_GRID_REACH = const(1)
+_GRID_LEFT = const(2)
+_GRID_RIGHT = const(3)
+_GRID_TOP = const(4)
+_GRID_BOTTOM = const(5)
+_GRID_STEP = const(6)
+_GRID_FIRST = const(7)
+_GRID_END = const(8)
+_GRID_ITEMS = const(9)
+
 _THRESHOLD_FLOOR = const(3)  # grey levels over 2 * reach px
 _MEDIAN_Q4 = const(40)  # threshold = 2.5 medians of the gradient,
 _SHARE_MIN = const(60)  # but at least that many 1024ths of the pixels pass
 _SHARE_MAX = const(92)  # and at most that many,
 _MARKER_SHARE = const(2152)  # and what a marker's own edges may be of the frame, by its lines' width
+_SAMPLED = const(4)  # every so-manyth column and row of the grid tells the threshold
 _FINE_STEP = const(3)  # px; so small rings have enough edges for the usual threshold
 
 
@@ -31,10 +43,8 @@ def offset_px(length_q8, direction):
 
 
 class EdgeFinder:
-    """Finds edges for one scale of marker.
+    """Finds edges for one scale of marker, in frames of width x height px, of lines of line_q8/256 px.
 
-    width, height   of the frame, px
-    line_q8         width of the marker's lines in the frame, 1/256 px
     step, reach     grid pitch, and distance of the pixels whose difference is the gradient, px
     edges           array('i') that receives position | direction << 20; its length caps the number of edges;
                     of `list_steep`, positions alone
@@ -42,8 +52,6 @@ class EdgeFinder:
     """
 
     def __init__(self, width, height, line_q8, step, reach, edges, histogram):
-        self.width = width
-        self.height = height
         self.step = step
         self.reach = reach
         self.edges = edges
@@ -62,22 +70,24 @@ class EdgeFinder:
                 dx, dy = offset_px(length_q8, direction)
                 self._probes[direction * 3 + slot] = dy * width + dx + 32768
         margin = max((beyond_q8 + 511) >> 8, reach)
-        self._left = self._top = (margin + step - 1) // step * step
-        self._right = width - margin
-        self._bottom = height - margin
-        self._first = margin * width + margin  # from here on, all probes lie inside the frame
-        self._end = (height - margin) * width - margin
+        self._grid = grid = array("i", bytes(4 * _GRID_ITEMS))
+        grid[_GRID_WIDTH] = width
+        grid[_GRID_REACH] = reach
+        grid[_GRID_LEFT] = grid[_GRID_TOP] = (margin + step - 1) // step * step
+        grid[_GRID_RIGHT] = width - margin
+        grid[_GRID_BOTTOM] = height - margin
+        grid[_GRID_STEP] = step
+        grid[_GRID_FIRST] = margin * width + margin  # from here on, all probes lie inside the frame
+        grid[_GRID_END] = (height - margin) * width - margin
+        self._window = array("i", grid)  # the part of it that `find` looks at
 
     def memory(self):
         """Bytes of the tables."""
-        return DIRECTIONS * 6
+        return DIRECTIONS * 6 + 8 * _GRID_ITEMS
 
     def measure_threshold(self, frame):
         """Adapts the threshold to the gradients of the whole frame."""
-        samples = kernels.gradient_histogram(
-            frame, 0, 0, self.width, self.reach, self._left, self._right, self._top, self._bottom,
-            self.step * 4, self._histogram,
-        )  # fmt: skip
+        samples = kernels.gradient_histogram(frame, 0, 0, self._grid, _SAMPLED, self._histogram)
         self.threshold = kernels.edge_threshold(
             self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, self._share_max
         )
@@ -85,20 +95,20 @@ class EdgeFinder:
     def find(self, frame, left, right, top, bottom):
         """Lists the edges within the rectangle (px, cut to the frame) and returns their number."""
         step = self.step
-        left = self._left if left <= self._left else left // step * step
-        top = self._top if top <= self._top else top // step * step
-        if right > self._right:
-            right = self._right
-        if bottom > self._bottom:
-            bottom = self._bottom
-        return self._find(frame, left, right, top, bottom, self.threshold, 1)
+        grid = self._grid
+        window = self._window
+        window[_GRID_LEFT] = max(grid[_GRID_LEFT], left // step * step)
+        window[_GRID_TOP] = max(grid[_GRID_TOP], top // step * step)
+        window[_GRID_RIGHT] = min(grid[_GRID_RIGHT], right)
+        window[_GRID_BOTTOM] = min(grid[_GRID_BOTTOM], bottom)
+        return self._find(frame, window, self.threshold, 1)
 
     def find_blurred(self, frame):
         """Lists all edges of the frame, whether of thin lines or not, and returns their number."""
         threshold = self.threshold
         if self.step > _FINE_STEP:
             threshold = max(2, threshold * 3 >> 2)
-        return self._find(frame, self._left, self._right, self._top, self._bottom, threshold, 0)
+        return self._find(frame, self._grid, threshold, 0)
 
     def finds_alike(self, other):
         """Whether the other one's `find_blurred` lists the same edges."""
@@ -109,18 +119,11 @@ class EdgeFinder:
 
         With alternate > 0, every second one of the grid, as the fields of one colour on a chessboard, comes
         first, at most so many. Returns the number of them; that of all points is in `steep`."""
-        left = self._left
-        right = self._right
-        top = self._top
-        bottom = self._bottom
-        pitch = step = self.step
-        first = shift = 0
+        first = 0
         if alternate:
-            pitch += step
-            first = self._steep(frame, left, right, top, bottom, pitch, step, 0, alternate)
-            left += step
-            shift = -step
-        self.steep = self._steep(frame, left, right, top, bottom, pitch, shift, first, self._capacity)
+            first = self._steep(frame, self._grid, 1, self.threshold, 0, alternate)
+        field = 2 if alternate else 0
+        self.steep = self._steep(frame, self._grid, field, self.threshold, first, self._capacity)
         return first
 
     def choose(self, frame, positions, count):
@@ -128,21 +131,17 @@ class EdgeFinder:
         number."""
         return self._choose(frame, positions, count, self.threshold, 1)
 
-    def _find(self, frame, left, right, top, bottom, threshold, thin):
-        self.steep = kernels.steep_positions(
-            frame, 0, 0, self.width, self.reach, left, right, top, bottom, self.step, self.step, 0,
-            threshold * threshold, self.edges, 0, self._capacity,
-        )  # fmt: skip
+    def _find(self, frame, grid, threshold, thin):
+        self.steep = self._steep(frame, grid, 0, threshold, 0, self._capacity)
         return self._choose(frame, self.edges, self.steep, threshold, thin)
 
-    def _steep(self, frame, left, right, top, bottom, pitch, shift, listed, capacity):
+    def _steep(self, frame, grid, field, threshold, listed, capacity):
         return kernels.steep_positions(
-            frame, 0, 0, self.width, self.reach, left, right, top, bottom, pitch, self.step, shift,
-            self.threshold * self.threshold, self.edges, listed, capacity,
+            frame, 0, 0, grid, field, threshold * threshold, self.edges, listed, capacity
         )  # fmt: skip
 
     def _choose(self, frame, positions, count, threshold, thin):
         return kernels.thin_line_edges(
-            frame, 0, 0, 0, positions, count, self.edges, self.width * self.reach, self.reach, threshold,
-            tables.DIRECTION_48, self._probes, self._first, self._end, thin,
+            frame, 0, 0, 0, positions, count, self.edges, self._grid, threshold, tables.DIRECTION_48,
+            self._probes, thin,
         )  # fmt: skip

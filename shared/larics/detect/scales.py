@@ -16,8 +16,8 @@ _TINY_SPAN_Q8 = const(450)
 
 
 class Scale:
-    """What one range of radii needs: the pitch of its grid, and with it, set by the detector, its edge finder
-    and its vote tables.
+    """What one range of radii needs: the pitch of its grid, and with it, set by the detector, its edge
+    finder, its votes' tables and what the coarse fit takes of it (kernels.layouts: RADII).
 
     step    px between the cells of votes, and between the points where edges are looked for
     reach   distance in px of the pixels whose difference is the gradient
@@ -33,6 +33,7 @@ class Scale:
         self.reach = 1 if radius_px < 20 else 2 if radius_px < 45 else 3
         self.edges = None
         self.votes = None
+        self.radii = None
 
 
 def tilted_px(radius_px, tilt_deg):

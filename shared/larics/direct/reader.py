@@ -61,15 +61,7 @@ class DirectReader:
         if radius_q8:
             rings.start(x_q8 << 2, y_q8 << 2, radius_q8)
             deviation_q10 = _DEVIATION_Q10
-        elif not edges or not rings.coarse(
-            scale.edges.edges,
-            edges,
-            x_q8,
-            y_q8,
-            scale.radius_min_q8,
-            scale.radius_max_q8,
-            scale.edges.half_line_q8,
-        ):
+        elif not edges or not rings.coarse(scale.edges.edges, edges, x_q8, y_q8, scale.radii):
             return verdicts.NO_RADIUS
         if not rings.refine(frame, 6, 3, 192):
             return verdicts.NO_FIT

@@ -40,6 +40,16 @@ _FIT_WIDTH = const(20)
 _FIT_HEIGHT = const(21)
 _FIT_ITEMS = const(22)
 _RING_ITEMS = const(9)
+_RADII_WIDTH = const(0)
+_RADII_FIRST = const(1)
+_RADII_LAST = const(2)
+_RADII_BINS = const(3)
+_RADII_REACH_Q4 = const(4)
+_RADII_HALF_LINE_Q4 = const(5)
+_RADII_SLACK_Q4 = const(6)
+_RADII_INNER_Q10 = const(7)
+_RADII_CAPACITY = const(8)
+_RADII_ITEMS = const(9)
 
 _SUPPORT_OUTER = const(7)  # edges that must agree on the coarse outer and inner radius
 _SUPPORT_INNER = const(4)
@@ -97,23 +107,32 @@ class RingFit:
         """Bytes of the buffers."""
         return 4 * (len(self.distances) + len(self.fit)) + len(self.bins) + SECTORS * (8 + 8 + 32 + 2) + 92
 
-    def coarse(self, edges, count, x_q8, y_q8, radius_min_q8, radius_max_q8, half_line_q8):
+    def radii(self, radius_min_q8, radius_max_q8, half_line_q8):
+        """What `coarse` takes of a range of radii, whose lines are that wide: kernels.layouts.RADII."""
+        radii = array("i", bytes(4 * _RADII_ITEMS))
+        radii[_RADII_WIDTH] = self.width
+        radii[_RADII_FIRST] = radius_min_q8 >> 7
+        radii[_RADII_LAST] = radius_max_q8 >> 7
+        radii[_RADII_REACH_Q4] = (radius_max_q8 >> 4) + 96
+        radii[_RADII_BINS] = (radii[_RADII_REACH_Q4] >> 3) + 3
+        radii[_RADII_HALF_LINE_Q4] = half_line_q8 >> 4
+        radii[_RADII_SLACK_Q4] = (radius_max_q8 >> 4) // 5 + 8
+        radii[_RADII_INNER_Q10] = self.inner_q10
+        radii[_RADII_CAPACITY] = _DISTANCES
+        return radii
+
+    def coarse(self, edges, count, x_q8, y_q8, radii):
         """Takes a candidate centre and finds its radius from the edges; False when too few agree."""
         result = self._result
-        reach_q4 = (radius_max_q8 >> 4) + 96
         x_q4 = x_q8 >> 4
         y_q4 = y_q8 >> 4
         if x_q4 < 0 or y_q4 < 0:
             return False
         distances = coarse.edge_distances(
-            edges, 0, 0, 0, count, self.width, x_q4, y_q4, reach_q4, half_line_q8 >> 4,
-            (radius_max_q8 >> 4) // 5 + 8, AXES, self.distances, _DISTANCES,
+            edges, 0, 0, 0, count, radii, x_q4, y_q4, AXES, self.distances
         )  # fmt: skip
-        coarse.choose_radius(
-            self.bins, 0, 0, radius_min_q8 >> 7, radius_max_q8 >> 7, (reach_q4 >> 3) + 3, self.inner_q10,
-            self.distances, distances, AXES, _COARSE_ROUNDS, result,
-        )  # fmt: skip
-        less = _SUPPORT_LESS if radius_max_q8 < _SMALL_Q8 else 0
+        coarse.choose_radius(self.bins, 0, 0, radii, self.distances, distances, AXES, _COARSE_ROUNDS, result)
+        less = _SUPPORT_LESS if radii[_RADII_LAST] < _SMALL_Q8 >> 7 else 0
         if result[3] < _SUPPORT_OUTER - less or result[4] < _SUPPORT_INNER - (less >> 1):
             return False
         self.start((x_q4 + result[1]) << 6, (y_q4 + result[2]) << 6, result[0] << 4)

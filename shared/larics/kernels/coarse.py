@@ -2,20 +2,40 @@
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+_RADII_WIDTH = const(0)  # items as in kernels.layouts
+_RADII_FIRST = const(1)
+_RADII_LAST = const(2)
+_RADII_BINS = const(3)
+_RADII_REACH_Q4 = const(4)
+_RADII_HALF_LINE_Q4 = const(5)
+_RADII_SLACK_Q4 = const(6)
+_RADII_INNER_Q10 = const(7)
+_RADII_CAPACITY = const(8)
+
+_OUTER_NEAR_Q4 = const(40)  # an edge is on a ring when it is so near,
+_INNER_NEAR_Q4 = const(32)
 
 
 @micropython.viper
 def edge_distances(
-    edges: ptr32, position: int, x: int, y: int, count: int, width: int, cx: int, cy: int, reach: int,
-    half_line: int, slack: int, axes: ptr16, distances: ptr32, capacity: int,
+    edges: ptr32, position: int, x: int, y: int, count: int, radii: ptr32, cx: int, cy: int, axes: ptr16,
+    distances: ptr32,
 ) -> int:  # fmt: skip
-    """Distances to the candidate centre of the edges that point to it within `slack`, as ring radii.
+    """Distances to the candidate centre of the edges that point to it, as ring radii.
 
-    All lengths in 1/16 px: cx, cy 0..16384, reach 0..4096, half_line 0..256. `edges`: position |
-    direction << 20; `axes`: cosine and sine of the 48 directions, * 2**14 + 32768; `distances` receives
-    distance | direction from the centre << 16, at most `capacity` items. Returns their number."""
+    All lengths in 1/16 px: cx, cy 0..16384; radii: layouts.RADII, with the slack for what an edge points to.
+    `edges`: position | direction << 20; `axes`: cosine and sine of the 48 directions, * 2**14 + 32768;
+    `distances` receives distance | direction from the centre << 16, at most the capacity of them. Returns
+    their number."""
+    width = int(radii[_RADII_WIDTH])
+    reach = int(radii[_RADII_REACH_Q4])
+    half_line = int(radii[_RADII_HALF_LINE_Q4])
+    slack = int(radii[_RADII_SLACK_Q4])
+    capacity = int(radii[_RADII_CAPACITY])
     # most edges lie in other rows: no division for them
     first = ((cy - reach) >> 4) * width
     end = (((cy + reach) >> 4) + 1) * width
@@ -31,21 +51,21 @@ def edge_distances(
             if x < reach and 0 - reach < x:
                 y = (y << 4) - cy
                 if y < reach and 0 - reach < y:
-                    position = position >> 20
-                    cosine = int(axes[position << 1]) - 32768
-                    sine = int(axes[(position << 1) + 1]) - 32768
+                    direction = position >> 20
+                    cosine = int(axes[direction << 1]) - 32768
+                    sine = int(axes[(direction << 1) + 1]) - 32768
                     off = (x * sine - y * cosine) >> 14
                     if off < slack and 0 - slack < off:
-                        x = (x * cosine + y * sine) >> 14
-                        if x < 0:
-                            x = half_line - x
-                            position += 24
-                            if position >= 48:
-                                position -= 48
+                        distance = (x * cosine + y * sine) >> 14
+                        if distance < 0:
+                            distance = half_line - distance
+                            direction += 24
+                            if direction >= 48:
+                                direction -= 48
                         else:
-                            x = x - half_line
-                        if x > 0 and x < reach:
-                            distances[kept] = x | (position << 16)
+                            distance = distance - half_line
+                        if distance > 0 and distance < reach:
+                            distances[kept] = distance | (direction << 16)
                             kept += 1
                             if kept >= capacity:
                                 i = count
@@ -54,15 +74,17 @@ def edge_distances(
 
 @micropython.viper
 def choose_radius(
-    histogram: ptr8, bin: int, value: int, first: int, last: int, bins: int, inner_q10: int, distances: ptr32,
-    count: int, axes: ptr16, rounds: int, result: ptr32,
+    histogram: ptr8, bin: int, value: int, radii: ptr32, distances: ptr32, count: int, axes: ptr16,
+    rounds: int, result: ptr32,
 ) -> int:  # fmt: skip
     """The outer radius whose two rings have most edges, with steps of the centre by least squares.
 
-    first..last: outer radii to try, half pixels, 4 <= first * inner_q10 / 1024, last + 3 <= bins; histogram:
-    `bins` items, scratch space; inner_q10: ratio of the rings * 1024; distances (below 8 * bins) and axes
-    as in `edge_distances`; rounds: 1..4. result: radius, shift in x, in y (1/16 px), edges on the outer
-    ring, on the inner one. Returns the number of edges on both."""
+    radii: layouts.RADII, 4 <= first * inner_q10 / 1024; histogram: its bins, scratch space; distances (below
+    8 * bins) and axes as in `edge_distances`; rounds: 1..4. result: radius, shift in x, in y (1/16 px), edges
+    on the outer ring, on the inner one. Returns the number of edges on both."""
+    last = int(radii[_RADII_LAST])
+    bins = int(radii[_RADII_BINS])
+    inner_q10 = int(radii[_RADII_INNER_Q10])
     shift_x = 0
     shift_y = 0
     radius = 0
@@ -79,22 +101,21 @@ def choose_radius(
         while i < count:
             value = int(distances[i])
             i += 1
-            bin = value >> 16
-            value = value & 65535
-            bin = bin << 1
-            bin = shift_x * (int(axes[bin]) - 32768) + shift_y * (int(axes[bin + 1]) - 32768)
-            bin = (value - (bin >> 14)) >> 3
+            axis = value >> 16 << 1
+            shift = shift_x * (int(axes[axis]) - 32768) + shift_y * (int(axes[axis + 1]) - 32768)
+            bin = ((value & 65535) - (shift >> 14)) >> 3
             if bin >= 0 and bin < bins:
                 if int(histogram[bin]) < 255:
                     histogram[bin] = int(histogram[bin]) + 1
         best = 0 - 1
-        bin = first
+        bin = int(radii[_RADII_FIRST])
         while bin <= last:
             outer = int(histogram[bin - 2]) + int(histogram[bin - 1]) + (int(histogram[bin]) << 1)
             outer += int(histogram[bin + 1]) + int(histogram[bin + 2])
-            i = (bin * inner_q10 + 512) >> 10
-            value = int(histogram[i - 2]) + int(histogram[i - 1]) + (int(histogram[i]) << 1)
-            value += int(histogram[i + 1]) + int(histogram[i + 2])
+            inner_bin = (bin * inner_q10 + 512) >> 10
+            value = int(histogram[inner_bin - 2]) + int(histogram[inner_bin - 1])
+            value += (int(histogram[inner_bin]) << 1) + int(histogram[inner_bin + 1])
+            value += int(histogram[inner_bin + 2])
             if value > outer:
                 value = outer + ((value - outer) >> 2)
             value += outer
@@ -113,30 +134,30 @@ def choose_radius(
         while i < count:
             value = int(distances[i])
             i += 1
-            bin = (value >> 16) << 1
-            value = value & 65535
-            cosine = int(axes[bin]) - 32768
-            sine = int(axes[bin + 1]) - 32768
-            value = value - ((shift_x * cosine + shift_y * sine) >> 14) - radius
-            bin = 0
-            if value > 40 or value < 0 - 40:
+            axis = value >> 16 << 1
+            cosine = int(axes[axis]) - 32768
+            sine = int(axes[axis + 1]) - 32768
+            # from the outer ring, or else from the inner one
+            value = (value & 65535) - ((shift_x * cosine + shift_y * sine) >> 14) - radius
+            near = 0
+            if value > _OUTER_NEAR_Q4 or value < 0 - _OUTER_NEAR_Q4:
                 value = value + radius - inner
-                if value < 32 and value > 0 - 32:
+                if value < _INNER_NEAR_Q4 and value > 0 - _INNER_NEAR_Q4:
                     on_inner += 1
-                    bin = 1
+                    near = 1
             else:
                 on_outer += 1
-                bin = 1
-            if bin:
+                near = 1
+            if near:
                 sum_x += value * cosine
                 sum_y += value * sine
                 mean += value
-        value = on_outer + on_inner
-        if value < 1:
-            value = 1
-        mean = mean // value
-        shift_x += (sum_x // value) >> 13
-        shift_y += (sum_y // value) >> 13
+        on_both = on_outer + on_inner
+        if on_both < 1:
+            on_both = 1
+        mean = mean // on_both
+        shift_x += (sum_x // on_both) >> 13
+        shift_y += (sum_y // on_both) >> 13
     result[0] = radius + mean
     result[1] = shift_x
     result[2] = shift_y

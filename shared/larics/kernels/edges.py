@@ -1,30 +1,46 @@
 """Edges of thin dark lines on a sparse grid: threshold, gate, direction.
 
-Positions are indices into the frame, y * width + x. `reach` is the distance in px of the pixels whose
-difference is the gradient (1..3). Rectangles are left <= x < right, top <= y < bottom, and the caller keeps
-them far enough from the border that every pixel read lies inside the frame.
+Positions are indices into the frame, y * width + x. grid: layouts.GRID; the caller keeps its rectangle far
+enough from the border that every pixel read lies inside the frame.
 """
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+_GRID_WIDTH = const(0)  # items as in kernels.layouts
+_GRID_REACH = const(1)
+_GRID_LEFT = const(2)
+_GRID_RIGHT = const(3)
+_GRID_TOP = const(4)
+_GRID_BOTTOM = const(5)
+_GRID_STEP = const(6)
+_GRID_FIRST = const(7)
+_GRID_END = const(8)
 
 
 @micropython.viper
 def gradient_histogram(
-    image: ptr8, position: int, across: int, width: int, reach: int, left: int, right: int, top: int,
-    bottom: int, step: int, histogram: ptr16,
-) -> int:  # fmt: skip
-    """Adds the gradient of every step-th pixel to `histogram` (128 items, in units of 2 grey levels).
+    image: ptr8, position: int, across: int, grid: ptr32, every: int, histogram: ptr16
+) -> int:
+    """Adds the gradient of every so-manyth column and row of the grid to `histogram`.
 
+    It has 128 items, in units of 2 grey levels.
     Each row of samples begins five eighths of a step later than the one before, lest tiles fall into step.
-    The length of (across, down) is taken as max + 3/8 min. reach <= left, right <= width - reach, likewise
-    for rows; step >= 1; fewer than 65536 samples. Returns their number."""
+    The length of (across, down) is taken as max + 3/8 min. every >= 1; fewer than 65536 samples. Returns
+    their number."""
+    width = int(grid[_GRID_WIDTH])
+    reach = int(grid[_GRID_REACH])
+    left = int(grid[_GRID_LEFT])
+    right = int(grid[_GRID_RIGHT])
+    bottom = int(grid[_GRID_BOTTOM])
+    step = int(grid[_GRID_STEP]) * every
     samples = 0
     shift = 0
     row_reach = width * reach
-    y = top
+    y = int(grid[_GRID_TOP])
     while y < bottom:
         position = y * width + left + shift
         end = y * width + right
@@ -100,21 +116,30 @@ def edge_threshold(
 
 @micropython.viper
 def steep_positions(
-    image: ptr8, position: int, across: int, width: int, reach: int, left: int, right: int, top: int,
-    bottom: int, step: int, rows: int, shift: int, threshold2: int, positions: ptr32, listed: int,
-    capacity: int,
+    image: ptr8, position: int, across: int, grid: ptr32, field: int, threshold2: int, positions: ptr32,
+    listed: int, capacity: int,
 ) -> int:  # fmt: skip
     """Lists the grid points whose gradient is longer than the square root of `threshold2` (< 2**18).
 
-    step, rows: px between the columns and the rows of the grid; every second row begins `shift` px beside
-    left. The first `listed` positions are kept. Stops when `capacity` are listed; `positions` has capacity +
-    1 items. Limits of the rectangle as in `gradient_histogram`, also for left + shift. Returns the number
-    listed."""
-    if listed >= capacity:
-        top = bottom
+    field: 0 for all points, 1 or 2 for those of one colour on a chessboard. The first `listed` positions are
+    kept. Stops when `capacity` are listed; `positions` has capacity + 1 items. Returns the number listed."""
+    width = int(grid[_GRID_WIDTH])
+    reach = int(grid[_GRID_REACH])
+    left = int(grid[_GRID_LEFT])
+    right = int(grid[_GRID_RIGHT])
+    bottom = int(grid[_GRID_BOTTOM])
+    rows = int(grid[_GRID_STEP])
+    step = rows
+    both_lefts = left + left
+    if field > 0:
+        step = rows + rows
+        both_lefts += rows
+        if field > 1:
+            left += rows
     row_reach = width * reach
-    shift = left + left + shift
-    y = top
+    y = int(grid[_GRID_TOP])
+    if listed >= capacity:
+        y = bottom
     while y < bottom:
         position = y * width + left
         end = y * width + right
@@ -128,25 +153,29 @@ def steep_positions(
                     end = 0
                     y = bottom
             position += step
-        left = shift - left
+        left = both_lefts - left
         y += rows
     return listed
 
 
 @micropython.viper
 def thin_line_edges(
-    image: ptr8, position: int, a: int, b: int, positions: ptr32, count: int, edges: ptr32, row_reach: int,
-    reach: int, threshold: int, directions: ptr8, probes: ptr16, first: int, end: int, thin: int,
+    image: ptr8, position: int, a: int, b: int, positions: ptr32, count: int, edges: ptr32, grid: ptr32,
+    threshold: int, directions: ptr8, probes: ptr16, thin: int,
 ) -> int:  # fmt: skip
     """Lists the positions that are edges of thin dark lines in `edges`, as position | direction << 20.
 
-    `edges` may be `positions` itself. Only positions from `first` to before `end` are looked at.
-    With thin = 0 all of those are kept: a blurred line is no thin line any more.
+    `edges` may be `positions` itself. Positions outside the grid's first and end are passed over.
+    With thin = 0 all others are kept: a blurred line is no thin line any more.
 
     The direction (0..47, of 48 in a turn, clockwise from x since y points down) is that of the 3x3 Sobel
-    gradient with spacing `reach`, towards the light side; `directions` has 136 entries (tables.DIRECTION_48).
-    `probes` holds three offsets + 32768 for each direction: beyond the line, in it, and on the light side.
-    row_reach = width * reach; count <= items of both; positions < 2**20. Returns the number kept."""
+    gradient with the grid's reach, towards the light side; `directions` has 136 entries
+    (tables.DIRECTION_48). `probes` holds three offsets + 32768 for each direction: beyond the line, in it,
+    and on the light side. count <= items of both; positions < 2**20. Returns the number kept."""
+    reach = int(grid[_GRID_REACH])
+    row_reach = int(grid[_GRID_WIDTH]) * reach
+    first = int(grid[_GRID_FIRST])
+    end = int(grid[_GRID_END])
     kept = 0
     diagonal = row_reach + reach
     antidiagonal = row_reach - reach
@@ -175,14 +204,15 @@ def thin_line_edges(
         else:
             slot += 17 + ((a << 4) + (b >> 1)) // b
         slot = int(directions[slot])
+        # how much lighter it is beyond the line and on the light side than in it
         a = 1
         b = 0
         if thin:
-            gx = slot * 3
+            probe = slot * 3
             position -= 32768
-            b = int(image[position + int(probes[gx + 1])])
-            a = int(image[position + int(probes[gx])]) - b
-            b = int(image[position + int(probes[gx + 2])]) - b
+            dark = int(image[position + int(probes[probe + 1])])
+            a = int(image[position + int(probes[probe])]) - dark
+            b = int(image[position + int(probes[probe + 2])]) - dark
             position += 32768
             if a + a <= threshold:
                 a = 0 - 256

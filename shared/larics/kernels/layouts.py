@@ -15,6 +15,39 @@ except ImportError:
 
 BIAS = const(1 << 24)
 
+# GRID, the points of a frame where edges are looked for (detect.edges): left <= x < right, top <= y < bottom
+GRID_WIDTH = const(0)  # of the frame
+GRID_REACH = const(1)  # distance of the pixels whose difference is the gradient, 1..3
+GRID_LEFT = const(2)
+GRID_RIGHT = const(3)
+GRID_TOP = const(4)
+GRID_BOTTOM = const(5)
+GRID_STEP = const(6)  # between columns, and between rows
+GRID_FIRST = const(7)  # positions for which all pixels that tell a thin line lie in the frame: from this one
+GRID_END = const(8)  # to before this one
+GRID_ITEMS = const(9)
+
+# CELLS, the grid of cells in which edges vote for centres (detect.centre_votes)
+CELLS_WIDTH = const(0)  # of the frame
+CELLS_STEP = const(1)  # between cells
+CELLS_ROW = const(2)  # cells in a row
+CELLS_PADDING = const(3)  # cells around those of the frame
+CELLS_OUTER = const(4)  # entries of a run of votes for the outer ring, even,
+CELLS_INNER = const(5)  # for the inner one
+CELLS_ITEMS = const(6)
+
+# RADII, the outer radii of one scale, and how far from a candidate edges may lie (direct.ring_fit)
+RADII_WIDTH = const(0)  # of the frame
+RADII_FIRST = const(1)  # to try, half px
+RADII_LAST = const(2)
+RADII_BINS = const(3)  # of the histogram: the last radius and three, at least
+RADII_REACH_Q4 = const(4)  # farthest edge, 1/16 px, 0..4096
+RADII_HALF_LINE_Q4 = const(5)  # half the line's width, 0..256
+RADII_SLACK_Q4 = const(6)  # by how much an edge may point past the candidate
+RADII_INNER_Q10 = const(7)  # ratio of the rings
+RADII_CAPACITY = const(8)  # edges that may point to one candidate
+RADII_ITEMS = const(9)
+
 # FIT, the pose of a candidate of the direct reader and what a pass over its rings takes from it
 FIT_X_Q8 = const(0)  # centre used for the last pass
 FIT_Y_Q8 = const(1)

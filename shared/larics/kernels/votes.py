@@ -7,31 +7,43 @@ Cells lie in rows of `row` cells with a padding around the frame's, so that no v
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+_CELLS_WIDTH = const(0)  # items as in kernels.layouts
+_CELLS_STEP = const(1)
+_CELLS_ROW = const(2)
+_CELLS_PADDING = const(3)
+_CELLS_OUTER = const(4)
+_CELLS_INNER = const(5)
 
 
 @micropython.viper
 def cast_votes(
-    cells: ptr32, entry: int, cell: int, offsets: ptr16, bit: int, edges: ptr32, count: int, width: int,
-    step: int, row: int, outer_entries: int, inner_entries: int, bits: ptr32,
-) -> int:  # fmt: skip
+    cells: ptr32, entry: int, cell: int, offsets: ptr16, edges: ptr32, count: int, grid: ptr32, bits: ptr32
+) -> int:
     """Sets, for each edge (position | direction << 20), its direction's bit in the cells where centres may
     be, as seen from the nearest cell's corner.
 
-    `offsets`: for each of 48 directions, two runs of outer_entries and two of inner_entries cell offsets (all
-    >= 0, the caller has added the padding), all run lengths even; `bits`: the four runs' bits. step: px
-    between cells. Every offset + cell of an edge must lie inside `cells`. Returns the number of votes."""
+    grid: layouts.CELLS. `offsets`: for each of 48 directions, two runs of its outer and two of its inner
+    entries, cell offsets (all >= 0, the caller has added the padding); `bits`: the four runs' bits. Every
+    offset + cell of an edge must lie inside `cells`. Returns the number of votes."""
+    width = int(grid[_CELLS_WIDTH])
+    step = int(grid[_CELLS_STEP])
+    row = int(grid[_CELLS_ROW])
+    outer_entries = int(grid[_CELLS_OUTER])
+    inner_entries = int(grid[_CELLS_INNER])
     per_direction = (outer_entries + inner_entries) * 2
     half = step >> 1
     i = 0
     while i < count:
-        bit = int(edges[i])
+        position = int(edges[i])
         i += 1
-        direction = bit >> 20
-        bit = bit & 1048575
-        y = bit // width
-        origin = ((y + half) // step) * row + (bit - y * width + half) // step
+        direction = position >> 20
+        position = position & 1048575
+        y = position // width
+        origin = ((y + half) // step) * row + (position - y * width + half) // step
         entry = direction * per_direction
         run = direction << 2
         last_run = run + 4
@@ -127,16 +139,18 @@ def find_windows(
 
 @micropython.viper
 def rank_centres(
-    cells: ptr32, i: int, value: int, row: int, windows: ptr16, count: int, ones: ptr8, centres: ptr32,
-    capacity: int, padding: int, step: int,
+    cells: ptr32, i: int, value: int, grid: ptr32, windows: ptr16, count: int, ones: ptr8, centres: ptr32,
+    capacity: int,
 ) -> int:  # fmt: skip
     """The best centres among the windows, best first, as (score, x_q8, y_q8) triples in `centres`.
 
     A score is 8 times the directions in 3x3 cells plus the sum of the single cells' own; of two centres
     less than 2.5 cells apart only the better stays. The position is the centroid of the squared counts; it
-    may lie outside the frame by a cell: 128 px are added so that it never is negative. `centres`: 3 *
-    capacity + 3 items; `padding`: cells around the frame's; step: px between cells. Returns the number of
-    centres."""
+    may lie outside the frame by a cell: 128 px are added so that it never is negative. grid: layouts.CELLS;
+    `centres`: 3 * capacity + 3 items. Returns the number of centres."""
+    row = int(grid[_CELLS_ROW])
+    padding = int(grid[_CELLS_PADDING])
+    step = int(grid[_CELLS_STEP])
     kept = 0
     window = 0
     while window < count:
