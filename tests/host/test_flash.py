@@ -16,7 +16,9 @@ import serial
 
 from larics.boards import BOARDS, find
 from larics_host import cli
+from larics_host.commands import flash as flash_command
 from larics_host.connection.pty_pair import PtyPair
+from larics_host.connection.serial_ports import Identity
 from larics_host.errors import UserError
 from larics_host.flash import build, install, ports
 from larics_host.flash.session import Session, SessionError
@@ -224,6 +226,41 @@ def interrupted_install(board, root, steps):
         except SessionError:
             finished = False
         return finished, session.exists("/flash/main.py")
+
+
+def test_only_what_is_known_is_said_of_a_start_that_failed(board, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("larics_host.commands.flash._BANNER_S", 4)
+    root = tiny_program(tmp_path, "one")
+    (root / "firmware" / "start.py").write_text(START.replace("larics %s runs on", "%s stumbles on"))
+    assert flash(board, root, monkeypatch) == 2
+    err = capsys.readouterr().err
+    assert "it says: " in err and "stumbles on" in err and err.count("\n") == 1
+    assert "whether it runs is not known, there was no program on it before" in err
+
+
+@pytest.mark.parametrize(
+    "text, back, part",
+    [
+        (
+            "",
+            False,
+            "(USB serial number A1) has not come back within 30 s: whether the new program runs is not",
+        ),
+        ("", True, "it says nothing; whether it runs is not known, the program before is still on its flash"),
+        ("boot\r\nMPY: soft reboot\r\n", True, "it says: MPY: soft reboot; whether it runs is not known"),
+        (
+            "the program in /flash/larics_b cannot be loaded\r\nTraceback:\r\nImportError: no x\r\nruns",
+            True,
+            "the board cannot load the new program: ImportError: no x; the one before runs",
+        ),
+    ],
+)
+def test_what_is_told_of_a_board_that_did_not_report_its_program(text, back, part):
+    plan = SimpleNamespace(is_update=True, folder="/flash/larics_b")
+    device = Identity(0x37C5, 0x1206, "A1")
+    failed = "the program in %s cannot be loaded" % plan.folder
+    told = flash_command._why_not_started(text, back, "/dev/ttyACM0", device, "runs", failed, plan)
+    assert part in told
 
 
 def test_somebody_elses_boot_file_is_kept(board, tmp_path, monkeypatch):

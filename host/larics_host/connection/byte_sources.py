@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
-import stat
 import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import serial
-from serial.tools import list_ports
 
-from larics_host.errors import UserError
+from larics_host.connection.serial_ports import find_again, identity_of, open_port
+from larics_host.errors import UserError, report
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -22,6 +20,7 @@ if TYPE_CHECKING:
 
 _PIECE = 4096
 _RETRY_S = 0.2
+_PATIENCE = 5  # tries
 
 
 class ConnectionLost(Exception):
@@ -36,10 +35,8 @@ class SerialSource:
     def __init__(self, port: str, baud: int = 115200, timeout_s: float = 0.1) -> None:
         self.name = port
         self.settings = (port, baud, timeout_s)
-        try:
-            self._port = serial.Serial(port, baud, timeout=timeout_s, write_timeout=1)
-        except (serial.SerialException, OSError, ValueError) as error:
-            raise UserError(_why_not_open(port, error)) from error
+        self.identity = identity_of(port)
+        self._port = open_port(port, baud, timeout_s, write_timeout_s=1)
 
     def read(self) -> bytes:
         """What has arrived, as bytes. Raises ConnectionLost when the port has gone."""
@@ -67,36 +64,59 @@ class SerialSource:
 
 
 class ReconnectingSource:
-    """A SerialSource that survives unplugging: `read` returns b"" while the port is gone, and goes on when it
-    is back. `on_change(text)` is told of both."""
+    """A SerialSource that survives unplugging: `read` returns b"" while the port is gone, and goes on when
+    the same device is back, whatever its port is called then. `on_change(text)` is told of both."""
 
     live = True
 
     def __init__(
         self,
         source: SerialSource,
-        on_change: Callable[[str], object] = lambda text: print(text, file=sys.stderr),
+        on_change: Callable[[str], object] = report,
     ) -> None:
         self.name = source.name
         self._source: SerialSource | None = source
         self._settings = source.settings
+        self._identity = source.identity
         self._on_change = on_change
+        self._refusals = 0
 
     def read(self) -> bytes:
+        """What has arrived, b"" also while the port is gone."""
         if self._source is None:
             time.sleep(_RETRY_S)
-            try:
-                self._source = SerialSource(*self._settings)
-            except UserError:
-                return b""
-            self._on_change("larics: the port %s is back" % self.name)
+            self._open_again()
+        if self._source is None:
+            return b""
         try:
             return self._source.read()
         except ConnectionLost as error:
             self._source.close()
             self._source = None
-            self._on_change("larics: %s; waiting for it" % error)
+            known = self._identity.text()
+            what = " (%s, under any name)" % known if known else ""
+            self._on_change("%s; waiting for it%s" % (error, what))
             return b""
+
+    def _open_again(self):
+        name = find_again(self.name, self._identity)
+        if name is None:
+            return
+        try:
+            self._source = SerialSource(name, *self._settings[1:])
+        except UserError as error:
+            # such as a port that somebody else has taken; a new one may lack its rights for a moment
+            self._refusals += 1
+            if self._refusals == _PATIENCE:
+                self._on_change("%s; still waiting" % error)
+            return
+        self._refusals = 0
+        before, self.name = self.name, name
+        known = self._identity.text()
+        again = "the port %s is back" % name
+        if name != before:
+            again = "the device with the %s is back as %s" % (known, name)
+        self._on_change(again)
 
     def close(self) -> None:
         if self._source is not None:
@@ -141,14 +161,3 @@ class FileSource:
     def close(self) -> None:
         if self._file is not sys.stdin.buffer:
             self._file.close()
-
-
-def _why_not_open(port, error):
-    if not os.path.exists(port) and "/" in port:
-        found = ", ".join(item.device for item in list_ports.comports()) or "none"
-        return "no port %s (serial ports here: %s)" % (port, found)
-    if isinstance(error, PermissionError) or getattr(error, "errno", None) == 13:
-        return "no permission to open %s: add your user to the group that owns it (often dialout)" % port
-    if os.path.exists(port) and not stat.S_ISCHR(os.stat(port).st_mode):
-        return "%s is no serial port" % port
-    return "cannot open the port %s: %s" % (port, str(error).splitlines()[0])

@@ -12,6 +12,7 @@ from typing import Any
 from mpremote.transport import TransportError
 from mpremote.transport_serial import SerialTransport
 
+from larics_host.connection import serial_ports
 from larics_host.errors import UserError
 
 _CHUNK = 512
@@ -44,6 +45,9 @@ class Session:
                 return self
             except _TROUBLE as error:
                 self.close()
+                if serial_ports.is_busy(self.port):
+                    others = serial_ports.holders(self.port)
+                    raise UserError(serial_ports.busy_text(self.port, others)) from error
                 if time.monotonic() > end_s:
                     text = "%s does not answer: is a MicroPython board there?" % self.port
                     raise UserError(text) from error
@@ -51,6 +55,7 @@ class Session:
 
     def _connect(self):
         self._link = SerialTransport(self.port, timeout=3)
+        serial_ports.close_to_others(self._link.serial, self.port)
         with contextlib.redirect_stdout(io.StringIO()):  # it prints what it could not understand
             self._link.enter_raw_repl(soft_reset=False, timeout_overall=3)
             if self._link.exec("print(6 * 7)").strip() != b"42":
