@@ -18,6 +18,7 @@ larics flash --port /dev/ttyACM0
 """
 
 _BANNER_S = 30
+_PROMPTS = (">>>", "Type ", "MicroPython v", "OpenMV v")  # what a board says that starts nothing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -123,7 +124,7 @@ def _why_not_started(text, back, port, device, wanted, failed, plan):
     before = "there was no program on it before"
     if plan.is_update:
         before = "the program before is still on its flash"
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith(_PROMPTS)]
     said = "it says: " + lines[-1] if lines else "it says nothing"
     return "the board did not report the new program within %d s, %s; whether it runs is not known, %s" % (
         _BANNER_S,
