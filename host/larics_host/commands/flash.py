@@ -18,7 +18,7 @@ larics flash --port /dev/ttyACM0
 """
 
 _BANNER_S = 30
-_PROMPTS = (">>>", "Type ", "MicroPython v", "OpenMV v")  # what a board says that starts nothing
+_PROMPTS = (">>>", "Type ", "MicroPython ", "OpenMV ")  # what a board says that starts nothing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

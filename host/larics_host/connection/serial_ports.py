@@ -1,6 +1,7 @@
 """Serial ports of this computer: opened for one program alone, and found again under another name.
 
-A port that two programs read gives each of them half. So it is locked (flock, which many agree on) and, where the system has it, closed to all others (TIOCEXCL); who had it open before is named.
+A port that two programs read gives each of them half. So it is locked (flock, which many agree on) and, where
+the system has it, closed to all others (TIOCEXCL); who had it open before is named.
 """
 
 from __future__ import annotations
