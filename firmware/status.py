@@ -11,7 +11,7 @@ except ImportError:
     from larics._cpython import const
 
 # generated: begin indices (tools/make_protocol.py)
-_STATUS_FIELDS = const(26)
+_STATUS_FIELDS = const(30)
 _STATUS_VERSION_MAJOR = const(0)
 _STATUS_VERSION_MINOR = const(1)
 _STATUS_VERSION_PATCH = const(2)

@@ -300,7 +300,8 @@ def log(folder):
                 file.write(encoder.buffer[: encoder.encode(m.MARKER, marker)])
                 pose = empty[records.Pose]._replace(
                     frame=k, age_us=8000, state=m.TRACKING, id=3, x_mm10=k, y_mm10=k, heading_cdeg=100,
-                    sigma_mm10=10, sigma_cdeg=10, route_position=1, next_cdeg=m.DIRECTION_NONE,
+                    marker_age_ms=8, sigma_x_mm10=10, sigma_y_mm10=10, sigma_cdeg=10, route_position=1,
+                    next_cdeg=m.DIRECTION_NONE,
                 )  # fmt: skip
                 file.write(encoder.buffer[: encoder.encode(m.POSE, pose)])
         command = [sys.executable, "-m", "larics_host", "log", "--input", str(path), "--mcap", "--force"]

@@ -39,12 +39,13 @@ EXAMPLES = (
         "MARKER",
         {"frame": 123456, "age_us": 16650, "flags": messages.MARKER_TRACKED, "id": 3, "count": 1,
          "x_mm10": 1234, "y_mm10": -567, "z_mm10": 25000, "heading_cdeg": 9005, "margin": 200,
-         "radius_q8": 7745},
+         "radius_q8": 7745, "sigma_q12": 41, "sigma_mdeg": 12},
     ),
     (
         "POSE",
-        {"frame": 123456, "age_us": 16650, "state": messages.TRACKING, "id": 3, "x_mm10": -123456,
-         "y_mm10": 65432, "heading_cdeg": 35999, "sigma_mm10": 15, "sigma_cdeg": 120, "route_position": 12,
+        {"frame": 123456, "age_us": 16650, "marker_age_ms": 16, "state": messages.TRACKING, "id": 3,
+         "x_mm10": -123456, "y_mm10": 65432, "heading_cdeg": 35999, "sigma_x_mm10": 35, "sigma_y_mm10": 31,
+         "correlation_q14": -2048, "sigma_cdeg": 120, "way_mm": messages.WAY_UNKNOWN, "route_position": 12,
          "next_cdeg": 27000},
     ),
     (
@@ -57,14 +58,22 @@ EXAMPLES = (
 )  # fmt: skip
 NOTHING_SEEN = (
     "MARKER",
-    {"frame": 123457, "age_us": 16650, "flags": messages.MARKER_NONE, "id": messages.ID_NONE},
+    {
+        "frame": 123457,
+        "age_us": 16650,
+        "flags": messages.MARKER_NONE,
+        "id": messages.ID_NONE,
+        "sigma_q12": messages.SIGMA_UNKNOWN,
+        "sigma_mdeg": messages.SIGMA_UNKNOWN,
+    },
 )
 
-C_TYPES = {"B": "uint8_t", "H": "uint16_t", "I": "uint32_t", "i": "int32_t"}
-KINDS = {"B": "U8", "H": "U16", "I": "U30", "i": "I30"}
+C_TYPES = {"B": "uint8_t", "H": "uint16_t", "h": "int16_t", "I": "uint32_t", "i": "int32_t"}
+KINDS = {"B": "U8", "H": "U16", "h": "I16", "I": "U30", "i": "I30"}
 NATURAL = {
     "B": (0, 255),
     "H": (0, 65535),
+    "h": None,  # its range is always told
     "I": (0, messages.COUNT_MAX),
     "i": (-messages.COUNT_MAX, messages.COUNT_MAX),
 }
@@ -150,8 +159,8 @@ def fields_table(fields):
     for name, code, unit, low, high, meaning in fields:
         if re.fullmatch(r"value[1-9]", name):
             continue
-        bytes_each = {"B": 1, "H": 2, "I": 4, "i": 4}.get(code) or int(code[:-1])
-        kind = {"B": "u8", "H": "u16", "I": "u32", "i": "i32"}.get(code) or "bytes"
+        bytes_each = {"B": 1, "H": 2, "h": 2, "I": 4, "i": 4}.get(code) or int(code[:-1])
+        kind = {"B": "u8", "H": "u16", "h": "i16", "I": "u32", "i": "i32"}.get(code) or "bytes"
         allowed = "%d..%d" % (low, high)
         if name == "value0":
             name, bytes_each = "value0 ... value7", 8 * bytes_each

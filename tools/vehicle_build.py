@@ -104,6 +104,9 @@ def drive_corpus(count, seed=1):
     return bytes(data)
 
 
+C_TYPES = {"B": "uint8_t", "H": "uint16_t", "h": "int16_t", "I": "uint32_t", "i": "int32_t"}
+
+
 def exchange_source():
     """A C program that prints what it decodes from stdin (`decode`), field by field and by name, and
     encodes what such lines say (`encode`): "type sequence field field ...", bytes as hexadecimal."""
@@ -118,7 +121,7 @@ def exchange_source():
                 show.append("        show_bytes(%s, sizeof %s);" % (member, member))
                 read.append("        read_bytes(%s, sizeof %s);" % (member, member))
             else:
-                kind = {"B": "uint8_t", "H": "uint16_t", "I": "uint32_t", "i": "int32_t"}[code]
+                kind = C_TYPES[code]
                 show.append('        printf(" %%lld", (long long)%s);' % member)
                 read.append("        %s = (%s)read_number();" % (member, kind))
         show.append("        break;")

@@ -9,17 +9,31 @@ from larics.wire import messages as m
 
 TEXT_FIELDS = ("board",)  # of the byte fields, those that are text
 
+# field -> the number in it that means "unknown" or "none"
+UNKNOWN = {
+    "id": m.ID_NONE,
+    "sigma_q12": m.SIGMA_UNKNOWN,
+    "sigma_mdeg": m.SIGMA_UNKNOWN,
+    "sigma_x_mm10": m.SIGMA_UNKNOWN,
+    "sigma_y_mm10": m.SIGMA_UNKNOWN,
+    "sigma_cdeg": m.SIGMA_UNKNOWN,
+    "marker_age_ms": m.AGE_UNKNOWN,
+    "way_mm": m.WAY_UNKNOWN,
+    "route_position": m.ROUTE_NONE,
+    "next_cdeg": m.DIRECTION_NONE,
+}
+
 # (group, ((name, number, meaning), ...))
 ENUMS = (
     (
         "MARKER flag",
         (
-            ("MARKER_ID_UNCERTAIN", m.MARKER_ID_UNCERTAIN, "pose certain, ID not: id is 255"),
+            ("MARKER_ID_UNCERTAIN", m.MARKER_ID_UNCERTAIN, "pose certain, ID not: id is 65535"),
             ("MARKER_UNCONFIRMED", m.MARKER_UNCONFIRMED, "ID not yet agreed on by enough frames"),
             ("MARKER_TRACKED", m.MARKER_TRACKED, "found around the prediction, without a search"),
             ("MARKER_BORDER", m.MARKER_BORDER, "plate cut off by the border of the frame"),
             ("MARKER_MODEL", m.MARKER_MODEL, "accepted by the blur-model reader, not by the direct reader"),
-            ("MARKER_NONE", m.MARKER_NONE, "no marker seen in this frame: count 0, id 255, measures 0"),
+            ("MARKER_NONE", m.MARKER_NONE, "no marker seen in this frame: count 0, id 65535, measures 0"),
             ("MARKER_NO_OFFSET", m.MARKER_NO_OFFSET, "x, y, z unknown and 0: the camera is not calibrated"),
         ),
     ),
@@ -29,6 +43,22 @@ ENUMS = (
             ("LOST", m.LOST, "no usable pose; x, y, heading are the last known ones"),
             ("COASTING", m.COASTING, "predicted from earlier markers"),
             ("TRACKING", m.TRACKING, "measured in this frame"),
+            ("CARRIED", m.CARRIED, "carried on by the vehicle's odometry from earlier markers"),
+        ),
+    ),
+    (
+        "MOTION state",
+        (
+            ("MOTION_NONE", m.MOTION_NONE, "no odometry for this frame; the other fields tell the last one"),
+            ("MOTION_INTERPOLATED", m.MOTION_INTERPOLATED, "between two ODOMETRY messages"),
+            ("MOTION_EXTRAPOLATED", m.MOTION_EXTRAPOLATED, "after the last one"),
+        ),
+    ),
+    (
+        "ODOMETRY flag",
+        (
+            ("ODOMETRY_SLIP", m.ODOMETRY_SLIP, "the vehicle suspects that a wheel slips"),
+            ("ODOMETRY_STANDING", m.ODOMETRY_STANDING, "the vehicle stands, and knows it"),
         ),
     ),
     (
@@ -38,6 +68,8 @@ ENUMS = (
             ("ROUTE_NONE", m.ROUTE_NONE, "route_position: no route, or not on it"),
             ("DIRECTION_NONE", m.DIRECTION_NONE, "next_cdeg: no next direction"),
             ("SIGMA_UNKNOWN", m.SIGMA_UNKNOWN, "sigma: unknown or larger than can be told"),
+            ("AGE_UNKNOWN", m.AGE_UNKNOWN, "marker_age_ms: no marker yet, or older than can be told"),
+            ("WAY_UNKNOWN", m.WAY_UNKNOWN, "way_mm: no odometry, or longer than can be told"),
         ),
     ),
     (

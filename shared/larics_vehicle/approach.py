@@ -47,9 +47,9 @@ _MARKER_ID = const(3)
 _MARKER_X_MM10 = const(6)
 _MARKER_Y_MM10 = const(7)
 _MARKER_HEADING_CDEG = const(9)
-_POSE_STATE = const(2)
-_POSE_ROUTE_POSITION = const(9)
-_POSE_NEXT_CDEG = const(10)
+_POSE_STATE = const(3)
+_POSE_ROUTE_POSITION = const(13)
+_POSE_NEXT_CDEG = const(14)
 # generated: end indices
 
 HALT = const(0)

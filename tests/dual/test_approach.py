@@ -31,9 +31,7 @@ def marker(marker_id, x_mm10, y_mm10, heading_cdeg, age_us=0):
 
 
 def pose(next_cdeg, position=0, state=TRACKING):
-    return message_values(
-        POSE, state=state, id=3, sigma_mm10=3, sigma_cdeg=2, route_position=position, next_cdeg=next_cdeg
-    )
+    return message_values(POSE, state=state, id=3, route_position=position, next_cdeg=next_cdeg)
 
 
 NO_MARKER = message_values(MARKER, flags=MARKER_NONE, id=ID_NONE)

@@ -21,12 +21,14 @@ except ImportError:
 
 MARKER = message_values(
     m.MARKER, frame=7, age_us=16650, flags=m.MARKER_TRACKED, id=3, count=1, x_mm10=1234, y_mm10=-56,
-    z_mm10=25000, heading_cdeg=9005, margin=200, radius_q8=7745,
+    z_mm10=25000, heading_cdeg=9005, margin=200, radius_q8=7745, sigma_q12=41, sigma_mdeg=8,
 )  # fmt: skip
-NONE = message_values(m.MARKER, frame=8, age_us=100, flags=m.MARKER_NONE, id=m.ID_NONE)
+NOTHING = {"id": m.ID_NONE, "sigma_q12": m.SIGMA_UNKNOWN, "sigma_mdeg": m.SIGMA_UNKNOWN}
+NONE = message_values(m.MARKER, frame=8, age_us=100, flags=m.MARKER_NONE, **NOTHING)
 POSE = message_values(
-    m.POSE, frame=7, age_us=16650, state=m.TRACKING, id=3, x_mm10=-10000005, y_mm10=20, heading_cdeg=35999,
-    sigma_mm10=15, sigma_cdeg=120, route_position=m.ROUTE_NONE, next_cdeg=m.DIRECTION_NONE,
+    m.POSE, frame=7, age_us=16650, marker_age_ms=17, state=m.TRACKING, id=3583, x_mm10=-10000005, y_mm10=20,
+    heading_cdeg=35999, sigma_x_mm10=15, sigma_y_mm10=300, correlation_q14=-8192, sigma_cdeg=120,
+    way_mm=m.WAY_UNKNOWN, route_position=m.ROUTE_NONE, next_cdeg=m.DIRECTION_NONE,
 )  # fmt: skip
 
 
@@ -46,30 +48,41 @@ def text(encoder, number, values):
 
 def test_lines_of_text():
     encoder = NmeaEncoder()
-    assert text(encoder, m.MARKER, MARKER) == "PLRCM,7,16.6,4,3,0,1,123.4,-5.6,2500.0,90.05,200,30.2"
-    assert text(encoder, m.MARKER, NONE) == "PLRCM,8,0.1,32,,0,0,,,,,,"
+    assert (
+        text(encoder, m.MARKER, MARKER) == "PLRCM,7,16.6,4,3,0,1,123.4,-5.6,2500.0,90.05,200,30.2,0.010,0.008"
+    )
+    assert text(encoder, m.MARKER, NONE) == "PLRCM,8,0.1,32,,0,0,,,,,,,,"
     no_offset = changed(m.MARKER, MARKER, flags=m.MARKER_NO_OFFSET)
-    assert text(encoder, m.MARKER, no_offset) == "PLRCM,7,16.6,64,3,0,1,,,,90.05,200,30.2"
-    assert text(encoder, m.POSE, POSE) == "PLRCP,7,16.6,T,3,-1000000.5,2.0,359.99,1.5,1.20,,"
-    full = changed(m.POSE, POSE, sigma_mm10=65535, sigma_cdeg=65535, route_position=4, next_cdeg=5)
-    assert text(encoder, m.POSE, full) == "PLRCP,7,16.6,T,3,-1000000.5,2.0,359.99,,,4,0.05"
+    assert text(encoder, m.MARKER, no_offset) == "PLRCM,7,16.6,64,3,0,1,,,,90.05,200,30.2,0.010,0.008"
+    place = "-1000000.5,2.0,359.99"
+    assert text(encoder, m.POSE, POSE) == "PLRCP,7,16.6,17,T,3583," + place + ",1.5,30.0,-0.500,1.20,,,"
+    unsure = {"sigma_x_mm10": 65535, "sigma_cdeg": 65535, "marker_age_ms": 65535, "id": m.ID_NONE}
+    full = changed(m.POSE, POSE, state=m.CARRIED, route_position=4, next_cdeg=5, way_mm=70, **unsure)
+    assert text(encoder, m.POSE, full) == "PLRCP,7,16.6,,O,," + place + ",,,,,70,4,0.05"
+    motion = message_values(
+        m.MOTION, frame=7, state=1, epoch=9, x_mm10=-15, y_mm10=7, heading_cdeg=9005, way_mm10=70,
+        turn_cdeg=5, odometry_age_us=1900,
+    )  # fmt: skip
+    assert text(encoder, m.MOTION, motion) == "PLRCO,7,1,9,-1.5,0.7,90.05,7.0,0.05,1.9"
     status = list(range(1, 1 + len(p.fields(m.STATUS))))
     status[at(m.STATUS, "state")] = 1
     assert text(encoder, m.STATUS, status) == (
-        "PLRCS,1.2.3,5,6,7,8,9,10,11,12,13,14,15,C,17,0.18,19,0.20,21,22,23,24,25,26"
+        "PLRCS,1.2.3,5,6,7,8,9,10,11,12,13,14,15,C,17,0.18,19,0.20,21,22,23,24,25,26,27,28,29,30"
     )
     assert encoder.encode(m.ACK, [1, 2]) == 0
 
 
 def test_the_longest_lines_fit():
     encoder = NmeaEncoder()
-    for number in (m.MARKER, m.POSE, m.STATUS):
+    for number in (m.MARKER, m.POSE, m.MOTION, m.STATUS):
         for which in (3, 4):
             values = limits(number, which)
             if number == m.MARKER:
-                values = changed(number, values, flags=0, id=0)
+                values = changed(number, values, flags=0, id=65534, sigma_q12=65534, sigma_mdeg=65534)
             if number == m.POSE:
-                values = changed(number, values, route_position=0, next_cdeg=0)
+                values = changed(number, values, route_position=65534, next_cdeg=35999, id=65534)
+                values = changed(number, values, marker_age_ms=65534, way_mm=65534, sigma_cdeg=65534)
+                values = changed(number, values, sigma_x_mm10=65534, sigma_y_mm10=65534)
             assert encoder.encode(number, values) <= LONGEST
 
 
@@ -117,7 +130,8 @@ def test_nothing_is_allocated():
     status = [1] * len(p.fields(m.STATUS))
     low, high = [], []
     for limit, found in ((3, low), (4, high)):
-        pose = changed(m.POSE, limits(m.POSE, limit), state=m.TRACKING, sigma_mm10=65534, sigma_cdeg=65534)
+        pose = changed(m.POSE, limits(m.POSE, limit), state=m.TRACKING)
+        pose = changed(m.POSE, pose, sigma_x_mm10=65534, sigma_y_mm10=65534, sigma_cdeg=65534)
         found.extend([changed(m.MARKER, limits(m.MARKER, limit), flags=0), pose])
     pairs = (
         (m.MARKER, low[0]),

@@ -137,7 +137,8 @@ def test_a_line_slower_than_its_baud_rate_does_not_queue():
     found = [(end, values) for number, end, values in line.messages() if number == m.MARKER]
     ages = [values["age_us"] for _, values in found]
     late = [end - values["frame"] * FRAME_US for end, values in found]
-    assert len(ages) > 10 and max(late) < 250000 and outbox.drops > 60
+    three_frames_us = 3 * (p.frame_size(m.MARKER) + p.frame_size(m.POSE)) * slow.byte_us
+    assert len(ages) > 10 and max(late) < three_frames_us and outbox.drops > 60
 
 
 def test_the_divider_leaves_frames_out_without_counting_drops():
@@ -169,7 +170,7 @@ def test_a_raw_frame_does_not_hold_up_markers():
         raw.start(5, pixels, 64, 300, 0)
         run(line, outbox, 80, polls)
         chunks = [values["chunk"] for number, _, values in line.messages() if number == m.RAW_CHUNK]
-        assert chunks == list(range(len(chunks))) and len(chunks) >= 15
+        assert chunks == list(range(len(chunks))) and len(chunks) >= (3 if baud == 57600 else 15)
         if baud == 921600:
             assert len(chunks) >= (79 if polls == 1 else 300)
         without = {values["frame"]: end for number, end, values in quiet.messages() if number == m.MARKER}

@@ -150,7 +150,7 @@ def test_judging_a_frame():
     places = [(3, 100.0, 100.0, True), (4, 10.0, 10.0, False)]
     assert judge([(3, 101, 99)], places, 15) == Sight(right=1)
     assert judge([(7, 101, 99)], places, 15) == Sight(wrong=1)
-    assert judge([(-1, 101, 99), (255, 99, 99)], places, 15) == Sight(unsure=2)
+    assert judge([(-1, 101, 99), (m.ID_NONE, 99, 99)], places, 15) == Sight(unsure=2)
     assert judge([(4, 12, 9), (5, 200, 200)], places, 15) == Sight(cut=1, false=1)
     assert judge([(5, 12, 9)], places, 15) == Sight(cut=1, cut_wrong=1)
     assert judge([], places, 15) == Sight()

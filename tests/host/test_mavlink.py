@@ -69,18 +69,19 @@ def pose(frame, **given):
     return message_values(m.POSE, frame=frame, age_us=20000, **given)
 
 
-NEAR = {"x_mm10": 123456, "y_mm10": -789, "heading_cdeg": 9000, "sigma_mm10": 15, "sigma_cdeg": 120}
+NEAR = {"x_mm10": 123456, "y_mm10": -789, "heading_cdeg": 9000, "sigma_x_mm10": 15, "sigma_cdeg": 120}
+NEAR |= {"sigma_y_mm10": 300, "correlation_q14": 8192}
 FAR = {"x_mm10": -m.COUNT_MAX, "y_mm10": m.COUNT_MAX, "heading_cdeg": 27000}
 MARKERS = [
     marker(1, flags=m.MARKER_TRACKED, id=3, count=1, x_mm10=1234, y_mm10=-567, z_mm10=25000,
            heading_cdeg=9005, margin=200, radius_q8=7745),
     marker(2, flags=m.MARKER_NONE, id=m.ID_NONE),
-    marker(3, id=254, count=1, x_mm10=-1000000, y_mm10=1000000, z_mm10=-1, heading_cdeg=35999),
+    marker(3, id=3583, count=1, x_mm10=-1000000, y_mm10=1000000, z_mm10=-1, heading_cdeg=35999),
 ]  # fmt: skip
 POSES = [
     pose(1, state=m.TRACKING, id=3, **NEAR),
     pose(2, state=m.COASTING, id=3, **NEAR),
-    pose(3, state=m.TRACKING, id=3, sigma_mm10=m.SIGMA_UNKNOWN, sigma_cdeg=m.SIGMA_UNKNOWN, **FAR),
+    pose(3, state=m.TRACKING, id=3, sigma_x_mm10=m.SIGMA_UNKNOWN, sigma_cdeg=m.SIGMA_UNKNOWN, **FAR),
 ]
 STATUS = message_values(m.STATUS, state=m.TRACKING)
 
@@ -124,15 +125,16 @@ def test_pymavlink_reads_it():
     )
     assert target.time_usec == 0  # younger than the start: 20 ms before it
     assert far.time_usec == 4000000 - 20000
-    assert (far.target_num, far.x, far.y) == (254, -100, -100) and far.z == pytest.approx(0.0001)
+    assert (far.target_num, far.x, far.y) == (255, -100, -100) and far.z == pytest.approx(0.0001)
     assert far.angle_x == pytest.approx(-math.pi / 2, abs=2e-4)
 
     assert (pose.x, pose.y, pose.z) == pytest.approx((12.3456, 0.0789, 0), rel=1e-7)
     assert (pose.roll, pose.pitch) == (0, 0) and pose.yaw == pytest.approx(-math.pi / 2, abs=1e-6)
     variances = [pose.covariance[k] for k in (0, 6, 11, 15, 18, 20)]
-    expected = [0.0015**2, 0.0015**2, 100, 100, 100, math.radians(1.2) ** 2]
+    expected = [0.0015**2, 0.03**2, 100, 100, 100, math.radians(1.2) ** 2]
+    assert pose.covariance[1] == pytest.approx(-0.5 * 0.0015 * 0.03, rel=0.02)
     assert variances == pytest.approx(expected, rel=0.02)
-    assert sum(map(bool, pose.covariance)) == 6
+    assert sum(map(bool, pose.covariance)) == 7
     assert (unsure.x, unsure.y) == pytest.approx((-107374.1823, -107374.1823), rel=1e-7)
     assert math.isnan(unsure.covariance[0]) and unsure.yaw == pytest.approx(math.pi / 2, abs=1e-6)
 

@@ -45,7 +45,8 @@ MAP = [[5, 1000, 500, 9000, 0, 0], [3, 3000, 500, 0, 0, 0]]
 
 def pose_values(frame, state=m.TRACKING, x_mm10=10000, y_mm10=5000, heading_cdeg=9000):
     place = {"x_mm10": x_mm10, "y_mm10": y_mm10, "heading_cdeg": heading_cdeg}
-    told = {"frame": frame, "age_us": 5000, "state": state, "id": 3, "sigma_mm10": 12, "sigma_cdeg": 7}
+    told = {"frame": frame, "age_us": 5000, "marker_age_ms": 5, "state": state, "id": 3, "sigma_cdeg": 7}
+    told |= {"sigma_x_mm10": 12, "sigma_y_mm10": 12}
     return message_values(m.POSE, route_position=1, next_cdeg=4500, **told, **place)
 
 

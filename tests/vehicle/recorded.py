@@ -82,6 +82,9 @@ def of_today(stream):
         values = dict(zip((name for name, _ in layout), parts, strict=True))
         if values.get("id") == _OLD_ID_NONE:
             values["id"] = m.ID_NONE
+        if content[1] == m.POSE:  # its age was that of its marker
+            values["marker_age_ms"] = min(m.AGE_UNKNOWN, values["age_us"] // 1000)
+            values["sigma_x_mm10"] = values["sigma_y_mm10"] = values.pop("sigma_mm10")
         sequence = content[2] | content[3] << 8
         found.append((end, content[1], sequence, message(content[1], **values)))
     return found
@@ -151,6 +154,5 @@ class Stream:
         return self.marker(m.ID_NONE, x=0, count=0, flags=m.MARKER_NONE, z_mm10=0)
 
     def pose(self, **values):
-        return self.send(
-            m.POSE, **({"frame": self.frame, "age_us": 20000, "state": m.TRACKING, "id": 3} | values)
-        )
+        given = {"frame": self.frame, "age_us": 20000, "marker_age_ms": 20, "state": m.TRACKING, "id": 3}
+        return self.send(m.POSE, **(given | values))

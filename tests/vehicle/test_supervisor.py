@@ -360,6 +360,15 @@ def test_poses(program):
         assert session.pose().state == "no_marker"
 
 
+def test_a_pose_is_as_old_as_its_marker_unless_odometry_carries_it(program):
+    camera = Stream()
+    with started(program, camera) as session:
+        session.later(camera.marker() + camera.pose(state=m.COASTING, marker_age_ms=900))
+        assert session.pose().state == "no_marker" and session.pose().age_ms >= 900
+        session.later(camera.marker() + camera.pose(state=m.CARRIED, marker_age_ms=900))
+        assert session.pose().state == "good" and session.pose().age_ms < 100
+
+
 def test_our_own_echo_is_refused(program):
     camera = Stream()
     with started(program, camera) as session:

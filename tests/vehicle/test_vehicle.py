@@ -83,7 +83,13 @@ def test_c_to_python(programs):
 
 def test_c_refuses_to_encode_what_python_refuses(programs):
     lines, refused = [], []
-    limits = {"B": (0, 255), "H": (0, 65535), "I": (0, 2**32 - 1), "i": (-(2**31), 2**31 - 1)}
+    limits = {
+        "B": (0, 255),
+        "H": (0, 65535),
+        "h": (-32768, 32767),
+        "I": (0, 2**32 - 1),
+        "i": (-(2**31), 2**31 - 1),
+    }
     for _, number, _, message_fields in make_protocol.messages.MESSAGES:
         for place, (_, code, _, low, high, _) in enumerate(message_fields):
             for value in (low - 1, high + 1):

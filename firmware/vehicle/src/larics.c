@@ -5,7 +5,7 @@
 #include "larics_flash.h"
 
 /* How a field is on the wire. U30 and I30 take 32 bits and use 30; any larger number is that of bytes. */
-enum { U8, U16, U30, I30, RANGED = 0x80 };
+enum { U8, U16, I16, U30, I30, RANGED = 0x80 };
 
 typedef struct {
     uint8_t kind;   /* with RANGED when `ranges` has a line for it */
@@ -41,7 +41,7 @@ static const field fields[] LARICS_IN_FLASH = {
     {U30, offsetof(larics_marker, frame)},
     {U30, offsetof(larics_marker, age_us)},
     {U16 | RANGED, offsetof(larics_marker, flags)},
-    {U8, offsetof(larics_marker, id)},
+    {U16, offsetof(larics_marker, id)},
     {U8 | RANGED, offsetof(larics_marker, index)},
     {U8, offsetof(larics_marker, count)},
     {I30 | RANGED, offsetof(larics_marker, x_mm10)},
@@ -50,15 +50,21 @@ static const field fields[] LARICS_IN_FLASH = {
     {U16 | RANGED, offsetof(larics_marker, heading_cdeg)},
     {U8, offsetof(larics_marker, margin)},
     {U16, offsetof(larics_marker, radius_q8)},
+    {U16, offsetof(larics_marker, sigma_q12)},
+    {U16, offsetof(larics_marker, sigma_mdeg)},
     {U30, offsetof(larics_pose, frame)},
     {U30, offsetof(larics_pose, age_us)},
+    {U16, offsetof(larics_pose, marker_age_ms)},
     {U8 | RANGED, offsetof(larics_pose, state)},
-    {U8, offsetof(larics_pose, id)},
+    {U16, offsetof(larics_pose, id)},
     {I30, offsetof(larics_pose, x_mm10)},
     {I30, offsetof(larics_pose, y_mm10)},
     {U16 | RANGED, offsetof(larics_pose, heading_cdeg)},
-    {U16, offsetof(larics_pose, sigma_mm10)},
+    {U16, offsetof(larics_pose, sigma_x_mm10)},
+    {U16, offsetof(larics_pose, sigma_y_mm10)},
+    {I16 | RANGED, offsetof(larics_pose, correlation_q14)},
     {U16, offsetof(larics_pose, sigma_cdeg)},
+    {U16, offsetof(larics_pose, way_mm)},
     {U16, offsetof(larics_pose, route_position)},
     {U16 | RANGED, offsetof(larics_pose, next_cdeg)},
     {U8, offsetof(larics_status, version_major)},
@@ -87,6 +93,10 @@ static const field fields[] LARICS_IN_FLASH = {
     {U30, offsetof(larics_status, free_bytes)},
     {U30, offsetof(larics_status, unanswered)},
     {U30, offsetof(larics_status, clamped)},
+    {U30, offsetof(larics_status, odometry_used)},
+    {U30, offsetof(larics_status, odometry_refused)},
+    {U30, offsetof(larics_status, odometry_stale)},
+    {U30, offsetof(larics_status, odometry_jumps)},
     {U16, offsetof(larics_ack, token)},
     {U8, offsetof(larics_ack, command)},
     {U16, offsetof(larics_nack, token)},
@@ -115,6 +125,15 @@ static const field fields[] LARICS_IN_FLASH = {
     {U16, offsetof(larics_raw_chunk, token)},
     {U16, offsetof(larics_raw_chunk, chunk)},
     {64, offsetof(larics_raw_chunk, data)},
+    {U30, offsetof(larics_motion, frame)},
+    {U8 | RANGED, offsetof(larics_motion, state)},
+    {U8, offsetof(larics_motion, epoch)},
+    {I30, offsetof(larics_motion, x_mm10)},
+    {I30, offsetof(larics_motion, y_mm10)},
+    {U16 | RANGED, offsetof(larics_motion, heading_cdeg)},
+    {U30, offsetof(larics_motion, way_mm10)},
+    {U30, offsetof(larics_motion, turn_cdeg)},
+    {U30, offsetof(larics_motion, odometry_age_us)},
     {U16, offsetof(larics_get_info, token)},
     {U16, offsetof(larics_ping, token)},
     {U16, offsetof(larics_get_setting, token)},
@@ -139,26 +158,35 @@ static const field fields[] LARICS_IN_FLASH = {
     {U16 | RANGED, offsetof(larics_get_raw_again, count)},
     {U16, offsetof(larics_restart, token)},
     {U16, offsetof(larics_restart, boot)},
+    {U30, offsetof(larics_odometry, time_us)},
+    {U30, offsetof(larics_odometry, age_us)},
+    {I30, offsetof(larics_odometry, x_mm10)},
+    {I30, offsetof(larics_odometry, y_mm10)},
+    {U16 | RANGED, offsetof(larics_odometry, heading_cdeg)},
+    {U8, offsetof(larics_odometry, epoch)},
+    {U8 | RANGED, offsetof(larics_odometry, flags)},
 };
 
 static const layout layouts[] LARICS_IN_FLASH = {
     {LARICS_INFO, 0, 10, 40},
-    {LARICS_MARKER, 10, 12, 30},
-    {LARICS_POSE, 22, 11, 28},
-    {LARICS_STATUS, 33, 26, 80},
-    {LARICS_ACK, 59, 2, 3},
-    {LARICS_NACK, 61, 4, 5},
-    {LARICS_SETTING, 65, 12, 39},
-    {LARICS_RAW_HEADER, 77, 7, 16},
-    {LARICS_RAW_CHUNK, 84, 3, 68},
-    {LARICS_GET_INFO, 87, 1, 2},
-    {LARICS_PING, 88, 1, 2},
-    {LARICS_GET_SETTING, 89, 2, 3},
-    {LARICS_SET_SETTING, 91, 12, 39},
-    {LARICS_SAVE_SETTINGS, 103, 1, 2},
-    {LARICS_GET_RAW, 104, 1, 2},
-    {LARICS_GET_RAW_AGAIN, 105, 4, 8},
-    {LARICS_RESTART, 109, 2, 4},
+    {LARICS_MARKER, 10, 14, 35},
+    {LARICS_POSE, 24, 15, 37},
+    {LARICS_STATUS, 39, 30, 96},
+    {LARICS_ACK, 69, 2, 3},
+    {LARICS_NACK, 71, 4, 5},
+    {LARICS_SETTING, 75, 12, 39},
+    {LARICS_RAW_HEADER, 87, 7, 16},
+    {LARICS_RAW_CHUNK, 94, 3, 68},
+    {LARICS_MOTION, 97, 9, 28},
+    {LARICS_GET_INFO, 106, 1, 2},
+    {LARICS_PING, 107, 1, 2},
+    {LARICS_GET_SETTING, 108, 2, 3},
+    {LARICS_SET_SETTING, 110, 12, 39},
+    {LARICS_SAVE_SETTINGS, 122, 1, 2},
+    {LARICS_GET_RAW, 123, 1, 2},
+    {LARICS_GET_RAW_AGAIN, 124, 4, 8},
+    {LARICS_RESTART, 128, 2, 4},
+    {LARICS_ODOMETRY, 130, 7, 20},
 };
 
 static const range ranges[] LARICS_IN_FLASH = {
@@ -168,14 +196,19 @@ static const range ranges[] LARICS_IN_FLASH = {
     {17, -1000000, 1000000}, /* MARKER.y_mm10 */
     {18, -1000000, 1000000}, /* MARKER.z_mm10 */
     {19, 0, 35999}, /* MARKER.heading_cdeg */
-    {24, 0, 2}, /* POSE.state */
-    {28, 0, 35999}, /* POSE.heading_cdeg */
-    {32, 0, 36000}, /* POSE.next_cdeg */
-    {48, 0, 2}, /* STATUS.state */
-    {79, 1, 65535}, /* RAW_HEADER.width */
-    {80, 1, 65535}, /* RAW_HEADER.height */
-    {81, 1, 65535}, /* RAW_HEADER.chunks */
-    {108, 1, 65535}, /* GET_RAW_AGAIN.count */
+    {27, 0, 3}, /* POSE.state */
+    {31, 0, 35999}, /* POSE.heading_cdeg */
+    {34, -16384, 16384}, /* POSE.correlation_q14 */
+    {38, 0, 36000}, /* POSE.next_cdeg */
+    {54, 0, 3}, /* STATUS.state */
+    {89, 1, 65535}, /* RAW_HEADER.width */
+    {90, 1, 65535}, /* RAW_HEADER.height */
+    {91, 1, 65535}, /* RAW_HEADER.chunks */
+    {98, 0, 2}, /* MOTION.state */
+    {102, 0, 35999}, /* MOTION.heading_cdeg */
+    {127, 1, 65535}, /* GET_RAW_AGAIN.count */
+    {134, 0, 35999}, /* ODOMETRY.heading_cdeg */
+    {136, 0, 3}, /* ODOMETRY.flags */
 };
 /* generated: end */
 
@@ -255,14 +288,15 @@ static int unpack(const layout *type, const uint8_t *wire, uint8_t *to)
             wire += kind;
             continue;
         }
-        if (kind == U16) bits |= (uint32_t)wire[1] << 8;
+        if (kind == U16 || kind == I16) bits |= (uint32_t)wire[1] << 8;
+        if (kind == I16 && bits & 0x8000u) bits |= 0xFFFF0000u;
         if (kind >= U30) bits = get32(wire);
         value = bits & 0x80000000u ? -(int32_t)(~bits) - 1 : (int32_t)bits;
         if (!is_in_range(k, marked, value)) return 0;
         if (kind == U8) {
             *place = (uint8_t)bits;
             wire += 1;
-        } else if (kind == U16) {
+        } else if (kind == U16 || kind == I16) {
             uint16_t half = (uint16_t)bits;
             memcpy(place, &half, 2);
             wire += 2;
@@ -290,10 +324,10 @@ static int pack(const layout *type, const uint8_t *from, uint8_t *wire)
         }
         if (kind == U8) {
             value = *place;
-        } else if (kind == U16) {
+        } else if (kind == U16 || kind == I16) {
             uint16_t half;
             memcpy(&half, place, 2);
-            value = half;
+            value = kind == I16 && half & 0x8000u ? (int32_t)half - 0x10000 : half;
         } else {
             memcpy(&value, place, 4);
         }
@@ -304,7 +338,7 @@ static int pack(const layout *type, const uint8_t *from, uint8_t *wire)
             wire += 4;
         } else {
             *wire++ = (uint8_t)bits;
-            if (kind == U16) *wire++ = (uint8_t)(bits >> 8);
+            if (kind != U8) *wire++ = (uint8_t)(bits >> 8);
         }
     }
     return 1;

@@ -29,7 +29,7 @@ extern "C" {
 #define LARICS_FIRST_COMMAND 64
 #define LARICS_SETTING_VALUES 8
 #define LARICS_RAW_CHUNK_BYTES 64
-#define LARICS_MARKER_FRAME 40 /* bytes of a MARKER on the line */
+#define LARICS_MARKER_FRAME 45 /* bytes of a MARKER on the line */
 
 /* larics_message.type */
 #define LARICS_INFO 1
@@ -41,6 +41,7 @@ extern "C" {
 #define LARICS_SETTING 7
 #define LARICS_RAW_HEADER 8
 #define LARICS_RAW_CHUNK 9
+#define LARICS_MOTION 10
 #define LARICS_GET_INFO 64
 #define LARICS_PING 65
 #define LARICS_GET_SETTING 66
@@ -49,26 +50,39 @@ extern "C" {
 #define LARICS_GET_RAW 69
 #define LARICS_GET_RAW_AGAIN 70
 #define LARICS_RESTART 71
+#define LARICS_ODOMETRY 72
 
 /* MARKER flag */
-#define LARICS_MARKER_ID_UNCERTAIN 1 /* pose certain, ID not: id is 255 */
+#define LARICS_MARKER_ID_UNCERTAIN 1 /* pose certain, ID not: id is 65535 */
 #define LARICS_MARKER_UNCONFIRMED 2 /* ID not yet agreed on by enough frames */
 #define LARICS_MARKER_TRACKED 4 /* found around the prediction, without a search */
 #define LARICS_MARKER_BORDER 8 /* plate cut off by the border of the frame */
 #define LARICS_MARKER_MODEL 16 /* accepted by the blur-model reader, not by the direct reader */
-#define LARICS_MARKER_NONE 32 /* no marker seen in this frame: count 0, id 255, measures 0 */
+#define LARICS_MARKER_NONE 32 /* no marker seen in this frame: count 0, id 65535, measures 0 */
 #define LARICS_MARKER_NO_OFFSET 64 /* x, y, z unknown and 0: the camera is not calibrated */
 
 /* POSE state */
 #define LARICS_LOST 0 /* no usable pose; x, y, heading are the last known ones */
 #define LARICS_COASTING 1 /* predicted from earlier markers */
 #define LARICS_TRACKING 2 /* measured in this frame */
+#define LARICS_CARRIED 3 /* carried on by the vehicle's odometry from earlier markers */
+
+/* MOTION state */
+#define LARICS_MOTION_NONE 0 /* no odometry for this frame; the other fields tell the last one */
+#define LARICS_MOTION_INTERPOLATED 1 /* between two ODOMETRY messages */
+#define LARICS_MOTION_EXTRAPOLATED 2 /* after the last one */
+
+/* ODOMETRY flag */
+#define LARICS_ODOMETRY_SLIP 1 /* the vehicle suspects that a wheel slips */
+#define LARICS_ODOMETRY_STANDING 2 /* the vehicle stands, and knows it */
 
 /* Special value */
-#define LARICS_ID_NONE 255 /* id: none, or uncertain */
+#define LARICS_ID_NONE 65535 /* id: none, or uncertain */
 #define LARICS_ROUTE_NONE 65535 /* route_position: no route, or not on it */
 #define LARICS_DIRECTION_NONE 36000 /* next_cdeg: no next direction */
 #define LARICS_SIGMA_UNKNOWN 65535 /* sigma: unknown or larger than can be told */
+#define LARICS_AGE_UNKNOWN 65535 /* marker_age_ms: no marker yet, or older than can be told */
+#define LARICS_WAY_UNKNOWN 65535 /* way_mm: no odometry, or longer than can be told */
 
 /* NACK reason */
 #define LARICS_NACK_UNKNOWN_KEY 1 /* no setting has this key */
@@ -170,7 +184,7 @@ typedef struct {
     uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
     uint32_t age_us; /* from the middle of the exposure to the start of sending, us */
     uint16_t flags; /* sum of MARKER flags; 0..127 */
-    uint8_t id; /* marker ID, or 255 for none or uncertain */
+    uint16_t id; /* marker ID, or 65535 for none or uncertain */
     uint8_t index; /* which of the markers of this frame, 0..count-1; 0 when count is 0; 0..254 */
     uint8_t count; /* number of markers in this frame */
     int32_t x_mm10; /* marker centre minus vehicle origin, forward, 0.1 mm; -1000000..1000000 */
@@ -179,19 +193,25 @@ typedef struct {
     uint16_t heading_cdeg; /* orientation line, vehicle frame, ccw from above, 0.01 deg; 0..35999 */
     uint8_t margin; /* how far the weakest decision is from its limit */
     uint16_t radius_q8; /* outer ring in the image; 65535 for that and more, 1/256 px */
+    uint16_t sigma_q12; /* standard deviation of the centre; 65535 unknown, 1/4096 px */
+    uint16_t sigma_mdeg; /* standard deviation of the heading; 65535 unknown, 0.001 deg */
 } larics_marker;
 
 /* the vehicle in the map, once for each processed frame when there is a map */
 typedef struct {
     uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
-    uint32_t age_us; /* since the last measurement that the pose rests on, us */
-    uint8_t state; /* POSE state; 0..2 */
-    uint8_t id; /* marker of that measurement, 255 for none */
+    uint32_t age_us; /* from the middle of the exposure to the start of sending, us */
+    uint16_t marker_age_ms; /* since the last marker it rests on; 65535 none, or more, ms */
+    uint8_t state; /* POSE state; 0..3 */
+    uint16_t id; /* that marker, 65535 for none */
     int32_t x_mm10; /* vehicle origin, map frame, 0.1 mm */
     int32_t y_mm10; /* vehicle origin, map frame, 0.1 mm */
     uint16_t heading_cdeg; /* vehicle's x axis, map frame, counterclockwise, 0.01 deg; 0..35999 */
-    uint16_t sigma_mm10; /* standard deviation of x and of y; 65535 unknown, 0.1 mm */
+    uint16_t sigma_x_mm10; /* standard deviation of x; 65535 unknown, 0.1 mm */
+    uint16_t sigma_y_mm10; /* standard deviation of y; 65535 unknown, 0.1 mm */
+    int16_t correlation_q14; /* of the errors of x and y; 0 if unknown, 1/16384; -16384..16384 */
     uint16_t sigma_cdeg; /* standard deviation of the heading; 65535 unknown, 0.01 deg */
+    uint16_t way_mm; /* driven since that marker, by odometry; 65535 unknown, or more, mm */
     uint16_t route_position; /* index in the route of the marker reached; 65535 none */
     uint16_t next_cdeg; /* direction to go on, vehicle frame; 36000 none, 0.01 deg; 0..36000 */
 } larics_pose;
@@ -213,7 +233,7 @@ typedef struct {
     uint32_t faults; /* number of faults */
     uint8_t last_fault; /* code of the last fault, 0 for none */
     uint32_t active_faults; /* faults that last: bit n stands for code n */
-    uint8_t state; /* POSE state; without a map, of the marker; 0..2 */
+    uint8_t state; /* POSE state; without a map, of the marker; 0..3 */
     uint32_t exposure_us; /* exposure time, us */
     uint16_t gain_cdb; /* camera gain, 0.01 dB */
     uint8_t grey_mean; /* mean grey of the last frame */
@@ -224,6 +244,10 @@ typedef struct {
     uint32_t free_bytes; /* free heap */
     uint32_t unanswered; /* commands left unanswered, because too many came at once */
     uint32_t clamped; /* values reported as the nearest that their field can hold */
+    uint32_t odometry_used; /* ODOMETRY messages taken into use */
+    uint32_t odometry_refused; /* those that came twice or out of order */
+    uint32_t odometry_stale; /* those that came too late to be of use */
+    uint32_t odometry_jumps; /* times that it began anew: reset, jump, other clock */
 } larics_status;
 
 /* the command was carried out; after the data it asked for */
@@ -266,6 +290,19 @@ typedef struct {
     uint16_t chunk; /* index: the first pixel is number 64 * chunk */
     uint8_t data[64]; /* 8-bit pixels; 0 after the last one */
 } larics_raw_chunk;
+
+/* the vehicle's odometry at the exposure of a processed frame, as the camera used it; once it has any */
+typedef struct {
+    uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
+    uint8_t state; /* MOTION state; 0..2 */
+    uint8_t epoch; /* of the ODOMETRY used */
+    int32_t x_mm10; /* odometry frame, in the middle of the exposure, 0.1 mm */
+    int32_t y_mm10; /* the same, 0.1 mm */
+    uint16_t heading_cdeg; /* the same, counterclockwise, 0.01 deg; 0..35999 */
+    uint32_t way_mm10; /* driven since the start, to and fro, wraps to 0, 0.1 mm */
+    uint32_t turn_cdeg; /* turned since the start, to and fro, wraps to 0, 0.01 deg */
+    uint32_t odometry_age_us; /* from the newest odometry to the exposure; 0: none, us */
+} larics_motion;
 
 /* answered by INFO, then ACK */
 typedef struct {
@@ -316,6 +353,17 @@ typedef struct {
     uint16_t boot; /* from INFO or STATUS, so that a retry cannot restart twice */
 } larics_restart;
 
+/* where the vehicle is by its wheels, up to 100 times a second; not answered */
+typedef struct {
+    uint32_t time_us; /* when it was sampled, on the vehicle's clock; wraps to 0, us */
+    uint32_t age_us; /* from then to the start of sending, us */
+    int32_t x_mm10; /* odometry frame; cumulative since its start, 0.1 mm */
+    int32_t y_mm10; /* the same, to the left, 0.1 mm */
+    uint16_t heading_cdeg; /* vehicle's x axis in that frame, counterclockwise, 0.01 deg; 0..35999 */
+    uint8_t epoch; /* another one after each jump or reset of x, y, heading or time_us */
+    uint8_t flags; /* sum of ODOMETRY flags; 0..3 */
+} larics_odometry;
+
 typedef struct {
     uint8_t type;
     uint16_t sequence;
@@ -329,6 +377,7 @@ typedef struct {
         larics_setting setting;
         larics_raw_header raw_header;
         larics_raw_chunk raw_chunk;
+        larics_motion motion;
         larics_get_info get_info;
         larics_ping ping;
         larics_get_setting get_setting;
@@ -337,6 +386,7 @@ typedef struct {
         larics_get_raw get_raw;
         larics_get_raw_again get_raw_again;
         larics_restart restart;
+        larics_odometry odometry;
     } as;
 } larics_message;
 /* generated: end */

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
-from larics.wire import messages
 from larics_host import wire_names as codes
 from larics_host.connection.records import record_of
 
@@ -38,8 +37,8 @@ def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any
     values = []
     for field, code, *_ in protocol.fields(number):
         value = fields[field]
-        if field == "id" and value is None:
-            value = messages.ID_NONE
+        if value is None:
+            value = codes.UNKNOWN[field]
         if code.endswith("s"):
             data = value.encode("ascii") if field in codes.TEXT_FIELDS else bytes.fromhex(value)
             value = data.ljust(int(code[:-1]), b"\0")

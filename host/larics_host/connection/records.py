@@ -35,7 +35,7 @@ class Marker(NamedTuple):
     frame: int  # number of the camera frame, wraps to 0 after 2**30 - 1
     age_us: int  # from the middle of the exposure to the start of sending, us
     flags: int  # sum of MARKER flags
-    id: int  # marker ID, or 255 for none or uncertain
+    id: int  # marker ID, or 65535 for none or uncertain
     index: int  # type: ignore[assignment]  # which of the markers of this frame, 0..count-1; 0 when count is 0
     count: int  # type: ignore[assignment]  # number of markers in this frame
     x_mm10: int  # marker centre minus vehicle origin, forward, 0.1 mm
@@ -44,20 +44,26 @@ class Marker(NamedTuple):
     heading_cdeg: int  # orientation line, vehicle frame, ccw from above, 0.01 deg
     margin: int  # how far the weakest decision is from its limit
     radius_q8: int  # outer ring in the image; 65535 for that and more, 1/256 px
+    sigma_q12: int  # standard deviation of the centre; 65535 unknown, 1/4096 px
+    sigma_mdeg: int  # standard deviation of the heading; 65535 unknown, 0.001 deg
 
 
 class Pose(NamedTuple):
     """The vehicle in the map, once for each processed frame when there is a map."""
 
     frame: int  # number of the camera frame, wraps to 0 after 2**30 - 1
-    age_us: int  # since the last measurement that the pose rests on, us
+    age_us: int  # from the middle of the exposure to the start of sending, us
+    marker_age_ms: int  # since the last marker it rests on; 65535 none, or more, ms
     state: int  # POSE state
-    id: int  # marker of that measurement, 255 for none
+    id: int  # that marker, 65535 for none
     x_mm10: int  # vehicle origin, map frame, 0.1 mm
     y_mm10: int  # vehicle origin, map frame, 0.1 mm
     heading_cdeg: int  # vehicle's x axis, map frame, counterclockwise, 0.01 deg
-    sigma_mm10: int  # standard deviation of x and of y; 65535 unknown, 0.1 mm
+    sigma_x_mm10: int  # standard deviation of x; 65535 unknown, 0.1 mm
+    sigma_y_mm10: int  # standard deviation of y; 65535 unknown, 0.1 mm
+    correlation_q14: int  # of the errors of x and y; 0 if unknown, 1/16384
     sigma_cdeg: int  # standard deviation of the heading; 65535 unknown, 0.01 deg
+    way_mm: int  # driven since that marker, by odometry; 65535 unknown, or more, mm
     route_position: int  # index in the route of the marker reached; 65535 none
     next_cdeg: int  # direction to go on, vehicle frame; 36000 none, 0.01 deg
 
@@ -91,6 +97,10 @@ class Status(NamedTuple):
     free_bytes: int  # free heap
     unanswered: int  # commands left unanswered, because too many came at once
     clamped: int  # values reported as the nearest that their field can hold
+    odometry_used: int  # ODOMETRY messages taken into use
+    odometry_refused: int  # those that came twice or out of order
+    odometry_stale: int  # those that came too late to be of use
+    odometry_jumps: int  # times that it began anew: reset, jump, other clock
 
 
 class Ack(NamedTuple):
@@ -149,6 +159,20 @@ class RawChunk(NamedTuple):
     token: int  # of GET_RAW
     chunk: int  # index: the first pixel is number 64 * chunk
     data: bytes  # 8-bit pixels; 0 after the last one
+
+
+class Motion(NamedTuple):
+    """The vehicle's odometry at the exposure of a processed frame, as the camera used it; once it has any."""
+
+    frame: int  # number of the camera frame, wraps to 0 after 2**30 - 1
+    state: int  # MOTION state
+    epoch: int  # of the ODOMETRY used
+    x_mm10: int  # odometry frame, in the middle of the exposure, 0.1 mm
+    y_mm10: int  # the same, 0.1 mm
+    heading_cdeg: int  # the same, counterclockwise, 0.01 deg
+    way_mm10: int  # driven since the start, to and fro, wraps to 0, 0.1 mm
+    turn_cdeg: int  # turned since the start, to and fro, wraps to 0, 0.01 deg
+    odometry_age_us: int  # from the newest odometry to the exposure; 0: none, us
 
 
 class GetInfo(NamedTuple):
@@ -220,6 +244,18 @@ class Restart(NamedTuple):
     boot: int  # from INFO or STATUS, so that a retry cannot restart twice
 
 
+class Odometry(NamedTuple):
+    """Where the vehicle is by its wheels, up to 100 times a second; not answered."""
+
+    time_us: int  # when it was sampled, on the vehicle's clock; wraps to 0, us
+    age_us: int  # from then to the start of sending, us
+    x_mm10: int  # odometry frame; cumulative since its start, 0.1 mm
+    y_mm10: int  # the same, to the left, 0.1 mm
+    heading_cdeg: int  # vehicle's x axis in that frame, counterclockwise, 0.01 deg
+    epoch: int  # another one after each jump or reset of x, y, heading or time_us
+    flags: int  # sum of ODOMETRY flags
+
+
 RECORDS = {
     messages.INFO: Info,
     messages.MARKER: Marker,
@@ -230,6 +266,7 @@ RECORDS = {
     messages.SETTING: Setting,
     messages.RAW_HEADER: RawHeader,
     messages.RAW_CHUNK: RawChunk,
+    messages.MOTION: Motion,
     messages.GET_INFO: GetInfo,
     messages.PING: Ping,
     messages.GET_SETTING: GetSetting,
@@ -238,6 +275,7 @@ RECORDS = {
     messages.GET_RAW: GetRaw,
     messages.GET_RAW_AGAIN: GetRawAgain,
     messages.RESTART: Restart,
+    messages.ODOMETRY: Odometry,
 }
 
 
@@ -257,11 +295,12 @@ def record_of(number: int, values: Sequence[Any]) -> Any:
 
 
 def as_json(record: Any) -> dict[str, Any]:
-    """The fields as logs show them: bytes as hexadecimal digits; None for an ID that is none or uncertain,
-    which nobody takes for a marker."""
-    fields = {
-        name: value.hex() if isinstance(value, bytes) else value for name, value in record._asdict().items()
-    }
-    if fields.get("id") == messages.ID_NONE:
-        fields["id"] = None
+    """The fields as logs show them: bytes as hexadecimal digits; None for what is unknown or none, so that
+    nobody takes it for a value."""
+    fields = record._asdict()
+    for name, value in fields.items():
+        if isinstance(value, bytes):
+            fields[name] = value.hex()
+        elif value == codes.UNKNOWN.get(name):
+            fields[name] = None
     return fields

@@ -243,7 +243,7 @@ class Simulation:
             reported.state,
             found,
             error,
-            reported.sigma_mm10 / 10,
+            max(reported.sigma_x_mm10, reported.sigma_y_mm10) / 10,
             reported.id,
             reported.route_position,
             self.controller.state,

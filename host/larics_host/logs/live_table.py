@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 _ROWS = 12
-STATES = {m.LOST: "LOST", m.COASTING: "COASTING", m.TRACKING: "TRACKING"}
+STATES = {m.LOST: "LOST", m.COASTING: "COASTING", m.TRACKING: "TRACKING", m.CARRIED: "CARRIED"}
 
 
 def flag_text(flags: int) -> str:

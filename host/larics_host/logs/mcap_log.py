@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
+from larics_host import wire_names as codes
 from larics_host.connection.records import as_json
 from larics_host.errors import UserError
 
@@ -27,7 +28,7 @@ def schema(number: int) -> dict[str, Any]:
             properties[name] = {"type": "string", "description": meaning}
             continue
         text = "%s [%s]" % (meaning, unit) if unit else meaning
-        kind = ["integer", "null"] if name == "id" else "integer"
+        kind = ["integer", "null"] if name in codes.UNKNOWN else "integer"
         properties[name] = {"type": kind, "minimum": low, "maximum": high, "description": text}
     return {"title": "larics." + protocol.name(number), "type": "object", "properties": properties}
 

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
+from larics.wire import messages as m
 from larics_host import files
 from larics_host.errors import UserError
 from larics_host.tables import read_rows
@@ -103,7 +104,7 @@ def parse_marker(text: str) -> Marker:
 
 
 def _route(ids, where):
-    if not isinstance(ids, list) or not all(type(item) is int and 0 <= item <= 254 for item in ids):
+    if not isinstance(ids, list) or not all(type(item) is int and 0 <= item < m.ID_NONE for item in ids):
         raise UserError("%s: the route is a list of IDs" % where)
     return ids
 

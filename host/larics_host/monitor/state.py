@@ -87,17 +87,22 @@ class MonitorState:
             self.points.append((self._number, round(time_s, 3), *values))
 
     def _add_pose(self, fields, time_s):
+        told = as_json(fields)
         self.pose = {
             "state": STATES[fields.state],
             "x_mm": fields.x_mm10 / 10,
             "y_mm": fields.y_mm10 / 10,
             "heading_deg": fields.heading_cdeg / 100,
-            "sigma_mm": None if fields.sigma_mm10 == m.SIGMA_UNKNOWN else fields.sigma_mm10 / 10,
-            "sigma_deg": None if fields.sigma_cdeg == m.SIGMA_UNKNOWN else fields.sigma_cdeg / 100,
-            "id": None if fields.id == m.ID_NONE else fields.id,
+            "sigma_x_mm": scaled(told["sigma_x_mm10"], 10),
+            "sigma_y_mm": scaled(told["sigma_y_mm10"], 10),
+            "correlation": None if told["sigma_x_mm10"] is None else fields.correlation_q14 / 16384,
+            "sigma_deg": scaled(told["sigma_cdeg"], 100),
+            "id": told["id"],
             "age_ms": fields.age_us / 1000,
-            "route": None if fields.route_position == m.ROUTE_NONE else fields.route_position,
-            "next_deg": None if fields.next_cdeg == m.DIRECTION_NONE else fields.next_cdeg / 100,
+            "marker_age_ms": told["marker_age_ms"],
+            "way_mm": told["way_mm"],
+            "route": told["route_position"],
+            "next_deg": scaled(told["next_cdeg"], 100),
         }
         self._note_state(self.pose["state"], time_s)
         if fields.state == m.LOST:
@@ -191,6 +196,11 @@ def _shown(fields, time_s):
         "flags": flag_text(fields.flags),
         "time_s": time_s,
     }
+
+
+def scaled(value: int | None, divisor: int) -> float | None:
+    """A number as told, None when that is unknown."""
+    return None if value is None else value / divisor
 
 
 def _distance(marker):

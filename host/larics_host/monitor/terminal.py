@@ -59,7 +59,8 @@ def _pose_rows(state):
     pose = state.pose
     yield "position", "x %.1f  y %.1f mm" % (pose["x_mm"], pose["y_mm"])
     yield "direction", "%.2f deg" % pose["heading_deg"]
-    yield "sigma", "%s mm, %s deg" % (_number(pose["sigma_mm"]), _number(pose["sigma_deg"], "%.2f"))
+    sigmas = _number(pose["sigma_x_mm"]), _number(pose["sigma_y_mm"]), _number(pose["sigma_deg"], "%.2f")
+    yield "sigma", "x %s  y %s mm, %s deg" % sigmas
     if pose["route"] is not None:
         yield "route", "position %d, next %s deg" % (pose["route"], _number(pose["next_deg"]))
 

@@ -83,7 +83,7 @@ class Commands:
     # requests
 
     def on_message(self, number, sequence, values):
-        if number < m.FIRST_COMMAND:
+        if number < m.FIRST_COMMAND or number == m.ODOMETRY:
             return
         if len(self._waiting) >= _WAITING:
             self.unanswered = (self.unanswered + 1) & m.COUNT_MAX

@@ -8,7 +8,7 @@ except ImportError:
 from larics.wire import messages as m
 
 # generated: begin indices (tools/make_protocol.py)
-_MARKER_FIELDS = const(12)
+_MARKER_FIELDS = const(14)
 _MARKER_FRAME = const(0)
 _MARKER_AGE_US = const(1)
 _MARKER_FLAGS = const(2)
@@ -21,18 +21,24 @@ _MARKER_Z_MM10 = const(8)
 _MARKER_HEADING_CDEG = const(9)
 _MARKER_MARGIN = const(10)
 _MARKER_RADIUS_Q8 = const(11)
-_POSE_FIELDS = const(11)
+_MARKER_SIGMA_Q12 = const(12)
+_MARKER_SIGMA_MDEG = const(13)
+_POSE_FIELDS = const(15)
 _POSE_FRAME = const(0)
 _POSE_AGE_US = const(1)
-_POSE_STATE = const(2)
-_POSE_ID = const(3)
-_POSE_X_MM10 = const(4)
-_POSE_Y_MM10 = const(5)
-_POSE_HEADING_CDEG = const(6)
-_POSE_SIGMA_MM10 = const(7)
-_POSE_SIGMA_CDEG = const(8)
-_POSE_ROUTE_POSITION = const(9)
-_POSE_NEXT_CDEG = const(10)
+_POSE_MARKER_AGE_MS = const(2)
+_POSE_STATE = const(3)
+_POSE_ID = const(4)
+_POSE_X_MM10 = const(5)
+_POSE_Y_MM10 = const(6)
+_POSE_HEADING_CDEG = const(7)
+_POSE_SIGMA_X_MM10 = const(8)
+_POSE_SIGMA_Y_MM10 = const(9)
+_POSE_CORRELATION_Q14 = const(10)
+_POSE_SIGMA_CDEG = const(11)
+_POSE_WAY_MM = const(12)
+_POSE_ROUTE_POSITION = const(13)
+_POSE_NEXT_CDEG = const(14)
 # generated: end indices
 
 
@@ -64,6 +70,8 @@ class Reports:
         values[_MARKER_HEADING_CDEG] = measurement.heading_cdeg
         values[_MARKER_MARGIN] = measurement.margin
         values[_MARKER_RADIUS_Q8] = measurement.radius_q8
+        values[_MARKER_SIGMA_Q12] = m.SIGMA_UNKNOWN
+        values[_MARKER_SIGMA_MDEG] = m.SIGMA_UNKNOWN
         self._outbox.add(m.MARKER, values)
 
     def no_marker(self, frame, age_us):
@@ -75,6 +83,8 @@ class Reports:
         values[_MARKER_AGE_US] = age_us
         values[_MARKER_FLAGS] = m.MARKER_NONE
         values[_MARKER_ID] = m.ID_NONE
+        values[_MARKER_SIGMA_Q12] = m.SIGMA_UNKNOWN
+        values[_MARKER_SIGMA_MDEG] = m.SIGMA_UNKNOWN
         self._outbox.add(m.MARKER, values)
 
     def pose(self, frame, age_us, navigator):
@@ -82,14 +92,18 @@ class Reports:
         values = self._pose
         localizer = navigator.pose
         values[_POSE_FRAME] = frame
-        # the age of the pose grows while the message waits, so it must not be at its limit already
-        values[_POSE_AGE_US] = min(m.COUNT_MAX, localizer.age_us + age_us)
+        values[_POSE_AGE_US] = age_us
+        marker_age_us = min(m.COUNT_MAX, localizer.age_us + age_us)
+        values[_POSE_MARKER_AGE_MS] = min(m.AGE_UNKNOWN, (marker_age_us + 999) // 1000)
         values[_POSE_STATE] = localizer.state
         values[_POSE_ID] = localizer.marker_id
         values[_POSE_X_MM10] = localizer.x_mm10
         values[_POSE_Y_MM10] = localizer.y_mm10
         values[_POSE_HEADING_CDEG] = localizer.heading_cdeg
-        values[_POSE_SIGMA_MM10] = localizer.sigma_mm10
+        values[_POSE_SIGMA_X_MM10] = localizer.sigma_mm10
+        values[_POSE_SIGMA_Y_MM10] = localizer.sigma_mm10
+        values[_POSE_CORRELATION_Q14] = 0
+        values[_POSE_WAY_MM] = m.WAY_UNKNOWN
         values[_POSE_SIGMA_CDEG] = localizer.sigma_cdeg
         values[_POSE_ROUTE_POSITION] = navigator.route_position
         values[_POSE_NEXT_CDEG] = navigator.next_cdeg

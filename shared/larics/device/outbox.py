@@ -14,13 +14,15 @@ except ImportError:
 
 from larics.device.measurements import MARKERS_MOST
 from larics.wire.codec import MAX_FRAME, frame_size
-from larics.wire.messages import COUNT_MAX, MARKER, RAW_CHUNK
+from larics.wire.messages import AGE_UNKNOWN, COUNT_MAX, MARKER, POSE, RAW_CHUNK
 
 # generated: begin indices (tools/make_protocol.py)
-_MARKER_FIELDS = const(12)
+_MARKER_FIELDS = const(14)
 _MARKER_AGE_US = const(1)
-_POSE_FIELDS = const(11)
+_POSE_FIELDS = const(15)
 _POSE_AGE_US = const(1)
+_POSE_MARKER_AGE_MS = const(2)
+_MOTION_FIELDS = const(9)
 # generated: end indices
 
 AHEAD_US = const(16000)
@@ -47,7 +49,8 @@ class _Group:
 
     def __init__(self, size):
         self.numbers = [0] * size
-        self.values = [[0] * max(_MARKER_FIELDS, _POSE_FIELDS) for _ in range(size)]
+        longest = max(_MARKER_FIELDS, _POSE_FIELDS, _MOTION_FIELDS)
+        self.values = [[0] * longest for _ in range(size)]
         self.count = 0
         self.sent = 0
         self.ready = False
@@ -95,8 +98,8 @@ class Outbox:
         self._room = sink.free()
         self._largest = max(MAX_FRAME + 1, len(self._measurements.buffer))
         self._skipped = divider - 1
-        self._waiting = _Group(MARKERS_MOST + 1)  # and the POSE
-        self._sending = _Group(MARKERS_MOST + 1)
+        self._waiting = _Group(MARKERS_MOST + 2)  # and POSE and MOTION
+        self._sending = _Group(MARKERS_MOST + 2)
         self._status = None
         self._status_type = 0
         self._owed_us = 0  # line time of what was given to the sink and is not yet on the line
@@ -117,8 +120,8 @@ class Outbox:
         return True
 
     def add(self, number, values):
-        """A MARKER or POSE of this frame; values are copied, age_us being the age at commit. IndexError when
-        a frame has more than MARKERS_MOST of the one and one of the other."""
+        """A MARKER, POSE or MOTION of this frame; values are copied, ages being those at commit. IndexError
+        when a frame has more than MARKERS_MOST of the first and one of the others."""
         group = self._waiting
         place = group.count
         kept = group.values[place]
@@ -176,15 +179,18 @@ class Outbox:
     def _send_measurement(self, group):
         place = group.sent
         values = group.values[place]
-        index = _MARKER_AGE_US if group.numbers[place] == MARKER else _POSE_AGE_US
-        waited = self._ticks_diff(self._now_us, group.commit_us) + self._ahead_us()
-        age = min(values[index], COUNT_MAX - max(0, waited)) + max(0, waited)  # within 30 bits
-        if age > self.worst_age_us and group.numbers[place] == MARKER:
-            self.worst_age_us = age
-        values[index] = age
+        number = group.numbers[place]
+        waited = max(0, self._ticks_diff(self._now_us, group.commit_us) + self._ahead_us())
+        if number == MARKER:
+            values[_MARKER_AGE_US] = age = min(values[_MARKER_AGE_US], COUNT_MAX - waited) + waited
+            self.worst_age_us = max(self.worst_age_us, age)
+        elif number == POSE:
+            values[_POSE_AGE_US] = min(values[_POSE_AGE_US], COUNT_MAX - waited) + waited
+            age_ms = values[_POSE_MARKER_AGE_MS] + (waited + 999) // 1000
+            values[_POSE_MARKER_AGE_MS] = min(age_ms, AGE_UNKNOWN)
         group.sent = place + 1
         self._measured_last = True
-        count = self._measurements.encode(group.numbers[place], values)
+        count = self._measurements.encode(number, values)
         self._give(self._measurements.buffer, count)
 
     def _send_answer(self):

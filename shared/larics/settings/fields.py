@@ -164,7 +164,7 @@ FIELDS = (
           "radius of the markers' outer ring"),
     Field(23, "line_mm10", DETECTOR, "int", 0, 0, 1000, "0.1 mm",
           "width of their lines; 0: 2/15 of the radius"),
-    Field(24, "allowed_ids", DETECTOR | NAVIGATOR, "list", (), 0, 254, "",
+    Field(24, "allowed_ids", DETECTOR | NAVIGATOR, "list", (), 0, 65534, "",
           "the only IDs reported; empty: every ID", length=8),
     Field(25, "allow_id0", DETECTOR, "bool", False, 0, 1, "", "also ID 0, the one without a coding line"),
     Field(26, "tracking", DETECTOR, "bool", True, 0, 1, "", "look around the predicted place first"),
@@ -195,7 +195,7 @@ FIELDS = (
     Field(55, "blur_max_q8", EXPOSURE, "int", 512, 64, 5120, "1/256 px",
           "motion blur allowed at max_speed_mm_s when auto"),
     Field(56, "target_grey", EXPOSURE, "int", 110, 20, 235, "", "mean grey aimed at when auto"),
-    Field(60, "route", NAVIGATOR, "list", (), 0, 254, "",
+    Field(60, "route", NAVIGATOR, "list", (), 0, 65534, "",
           "IDs of the markers in the order of driving", length=64),
     Field(
         61, "map", NAVIGATOR, "table", (), 0, 0, "",
@@ -203,7 +203,7 @@ FIELDS = (
         "in the vehicle frame (0: ceiling_mm10), radius of the outer ring (0: outer_mm10)",
         length=63,
         columns=(
-            ("id", 0, 254),
+            ("id", 0, 65534),
             ("x_mm", -10000000, 10000000),
             ("y_mm", -10000000, 10000000),
             ("heading_cdeg", 0, 35999),

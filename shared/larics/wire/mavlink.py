@@ -28,12 +28,14 @@ _MARKER_Y_MM10 = const(7)
 _MARKER_Z_MM10 = const(8)
 _MARKER_HEADING_CDEG = const(9)
 _POSE_AGE_US = const(1)
-_POSE_STATE = const(2)
-_POSE_X_MM10 = const(4)
-_POSE_Y_MM10 = const(5)
-_POSE_HEADING_CDEG = const(6)
-_POSE_SIGMA_MM10 = const(7)
-_POSE_SIGMA_CDEG = const(8)
+_POSE_STATE = const(3)
+_POSE_X_MM10 = const(5)
+_POSE_Y_MM10 = const(6)
+_POSE_HEADING_CDEG = const(7)
+_POSE_SIGMA_X_MM10 = const(8)
+_POSE_SIGMA_Y_MM10 = const(9)
+_POSE_CORRELATION_Q14 = const(10)
+_POSE_SIGMA_CDEG = const(11)
 _STATUS_STATE = const(15)
 # generated: end indices
 
@@ -106,7 +108,7 @@ class MavlinkEncoder:
         _put_angle(buffer, 22, atan2_turn16(y >> 2, depth >> 2))
         put_float32(buffer, 26, _length(x, y, z), 10000)
         # size_x, size_y: 0, not told
-        buffer[38] = values[_MARKER_ID]
+        buffer[38] = min(255, values[_MARKER_ID])  # target_num has 8 bits
         buffer[39] = _FRAME_BODY_FRD
         put_float32(buffer, 40, x, 10000)
         put_float32(buffer, 44, y, 10000)
@@ -128,12 +130,14 @@ class MavlinkEncoder:
             heading -= 36000
         # 0.01 degrees are 174.5329 millionths of a radian
         put_float32(buffer, 38, -heading * 174 - heading * 5329 // 10000, 1000000)
-        sigma, sigma_cdeg = values[_POSE_SIGMA_MM10], values[_POSE_SIGMA_CDEG]
-        if sigma == m.SIGMA_UNKNOWN or sigma_cdeg == m.SIGMA_UNKNOWN:
+        sigma_x, sigma_y = values[_POSE_SIGMA_X_MM10], values[_POSE_SIGMA_Y_MM10]
+        sigma_cdeg = values[_POSE_SIGMA_CDEG]
+        if max(sigma_x, sigma_y, sigma_cdeg) == m.SIGMA_UNKNOWN:
             put_nan32(buffer, _COVARIANCE)
             return
-        _put_variance(buffer, 0, sigma)
-        _put_variance(buffer, 6, sigma)
+        _put_variance(buffer, 0, sigma_x)
+        _put_covariance(buffer, 1, sigma_x, sigma_y, -values[_POSE_CORRELATION_Q14])
+        _put_variance(buffer, 6, sigma_y)
         for index in (11, 15, 18):  # height, roll and pitch are not measured
             put_float32(buffer, _COVARIANCE + 4 * index, _VARIANCE_UNMEASURED, 1)
         _put_variance(buffer, 20, min(31416, sigma_cdeg * 1745 // 1000))
@@ -187,6 +191,22 @@ def _put_variance(buffer, index, sigma_e4):
         put_float32(buffer, place, max(1, sigma_e4 * sigma_e4 >> 3), 12500000)
     else:
         put_float32(buffer, place, (sigma_e4 >> 3) * (sigma_e4 >> 3), 1562500)
+
+
+def _put_covariance(buffer, index, a_e4, b_e4, correlation_q14):
+    """The covariance of two errors of standard deviations in 1/10000 m as an item off the diagonal."""
+    denominator = 12500000
+    if max(a_e4, b_e4) < 16384:
+        product = a_e4 * b_e4 >> 3
+    else:
+        product = (a_e4 >> 3) * (b_e4 >> 3)
+        denominator = 1562500
+    shift = 14
+    while product > 32767:
+        product >>= 1
+        shift -= 1
+    size = product * abs(correlation_q14) >> shift
+    put_float32(buffer, _COVARIANCE + 4 * index, -size if correlation_q14 < 0 else size, denominator)
 
 
 def _length(x, y, z):

@@ -8,8 +8,8 @@ receiver refuses the message. What the codes mean is told in `larics_host.wire_n
 Rules for versions: byte 0 (version), byte 1 (type), bytes 2..3 (sequence) and the CRC-32 at the end keep
 their places for ever. A type never changes its fields: what needs another field gets a new type number,
 or VERSION goes up when most would change. Receivers skip and count unknown types and other versions.
-Numbers below FIRST_COMMAND go from the camera to the vehicle, the others from the vehicle to the camera;
-each command begins with a token, which its answer returns.
+Numbers below FIRST_COMMAND go from the camera to the vehicle, the others from the vehicle to the camera.
+Each command begins with a token, which its answer returns; ODOMETRY has none, since nothing answers it.
 """
 
 try:
@@ -30,6 +30,7 @@ NACK = const(6)
 SETTING = const(7)
 RAW_HEADER = const(8)
 RAW_CHUNK = const(9)
+MOTION = const(10)
 GET_INFO = const(64)
 PING = const(65)
 GET_SETTING = const(66)
@@ -38,6 +39,7 @@ SAVE_SETTINGS = const(68)
 GET_RAW = const(69)
 GET_RAW_AGAIN = const(70)
 RESTART = const(71)
+ODOMETRY = const(72)
 
 # MARKER.flags: the first five are Detection's
 MARKER_ID_UNCERTAIN = const(1)
@@ -48,14 +50,26 @@ MARKER_MODEL = const(16)
 MARKER_NONE = const(32)
 MARKER_NO_OFFSET = const(64)
 
-ID_NONE = const(255)
+ID_NONE = const(65535)
 ROUTE_NONE = const(65535)
 DIRECTION_NONE = const(36000)
 SIGMA_UNKNOWN = const(65535)
+AGE_UNKNOWN = const(65535)
+WAY_UNKNOWN = const(65535)
 
 LOST = const(0)
 COASTING = const(1)
 TRACKING = const(2)
+CARRIED = const(3)
+
+# MOTION.state
+MOTION_NONE = const(0)
+MOTION_INTERPOLATED = const(1)
+MOTION_EXTRAPOLATED = const(2)
+
+# ODOMETRY.flags
+ODOMETRY_SLIP = const(1)
+ODOMETRY_STANDING = const(2)
 
 SETTING_VALUES = const(8)  # how many values one SETTING or SET_SETTING carries
 RAW_CHUNK_BYTES = const(64)
@@ -98,6 +112,7 @@ FAULT_ROUTE = const(19)
 
 _TOKEN = ("token", "H", "", 0, 65535, "returned by the answer; a retry repeats it, a new command does not")
 _FRAME = ("frame", "I", "", 0, COUNT_MAX, "number of the camera frame, wraps to 0 after 2**30 - 1")
+_AGE = ("age_us", "I", "us", 0, COUNT_MAX, "from the middle of the exposure to the start of sending")
 
 
 def _values(code, low, high, meaning):
@@ -135,9 +150,9 @@ MESSAGES = (
         "one marker in one processed frame; sent with count 0 when the frame has none",
         (
             _FRAME,
-            ("age_us", "I", "us", 0, COUNT_MAX, "from the middle of the exposure to the start of sending"),
+            _AGE,
             ("flags", "H", "", 0, 127, "sum of MARKER flags"),
-            ("id", "B", "", 0, 255, "marker ID, or 255 for none or uncertain"),
+            ("id", "H", "", 0, 65535, "marker ID, or 65535 for none or uncertain"),
             ("index", "B", "", 0, 254, "which of the markers of this frame, 0..count-1; 0 when count is 0"),
             ("count", "B", "", 0, 255, "number of markers in this frame"),
             ("x_mm10", "i", "0.1 mm", -1000000, 1000000, "marker centre minus vehicle origin, forward"),
@@ -146,6 +161,8 @@ MESSAGES = (
             ("heading_cdeg", "H", "0.01 deg", 0, 35999, "orientation line, vehicle frame, ccw from above"),
             ("margin", "B", "", 0, 255, "how far the weakest decision is from its limit"),
             ("radius_q8", "H", "1/256 px", 0, 65535, "outer ring in the image; 65535 for that and more"),
+            ("sigma_q12", "H", "1/4096 px", 0, 65535, "standard deviation of the centre; 65535 unknown"),
+            ("sigma_mdeg", "H", "0.001 deg", 0, 65535, "standard deviation of the heading; 65535 unknown"),
         ),
     ),
     (
@@ -154,14 +171,18 @@ MESSAGES = (
         "the vehicle in the map, once for each processed frame when there is a map",
         (
             _FRAME,
-            ("age_us", "I", "us", 0, COUNT_MAX, "since the last measurement that the pose rests on"),
-            ("state", "B", "", 0, 2, "POSE state"),
-            ("id", "B", "", 0, 255, "marker of that measurement, 255 for none"),
+            _AGE,
+            ("marker_age_ms", "H", "ms", 0, 65535, "since the last marker it rests on; 65535 none, or more"),
+            ("state", "B", "", 0, 3, "POSE state"),
+            ("id", "H", "", 0, 65535, "that marker, 65535 for none"),
             ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame"),
             ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame"),
             ("heading_cdeg", "H", "0.01 deg", 0, 35999, "vehicle's x axis, map frame, counterclockwise"),
-            ("sigma_mm10", "H", "0.1 mm", 0, 65535, "standard deviation of x and of y; 65535 unknown"),
+            ("sigma_x_mm10", "H", "0.1 mm", 0, 65535, "standard deviation of x; 65535 unknown"),
+            ("sigma_y_mm10", "H", "0.1 mm", 0, 65535, "standard deviation of y; 65535 unknown"),
+            ("correlation_q14", "h", "1/16384", -16384, 16384, "of the errors of x and y; 0 if unknown"),
             ("sigma_cdeg", "H", "0.01 deg", 0, 65535, "standard deviation of the heading; 65535 unknown"),
+            ("way_mm", "H", "mm", 0, 65535, "driven since that marker, by odometry; 65535 unknown, or more"),
             ("route_position", "H", "", 0, 65535, "index in the route of the marker reached; 65535 none"),
             ("next_cdeg", "H", "0.01 deg", 0, 36000, "direction to go on, vehicle frame; 36000 none"),
         ),
@@ -186,7 +207,7 @@ MESSAGES = (
             ("faults", "I", "", 0, COUNT_MAX, "number of faults"),
             ("last_fault", "B", "", 0, 255, "code of the last fault, 0 for none"),
             ("active_faults", "I", "", 0, COUNT_MAX, "faults that last: bit n stands for code n"),
-            ("state", "B", "", 0, 2, "POSE state; without a map, of the marker"),
+            ("state", "B", "", 0, 3, "POSE state; without a map, of the marker"),
             ("exposure_us", "I", "us", 0, COUNT_MAX, "exposure time"),
             ("gain_cdb", "H", "0.01 dB", 0, 65535, "camera gain"),
             ("grey_mean", "B", "", 0, 255, "mean grey of the last frame"),
@@ -197,6 +218,10 @@ MESSAGES = (
             ("free_bytes", "I", "", 0, COUNT_MAX, "free heap"),
             ("unanswered", "I", "", 0, COUNT_MAX, "commands left unanswered, because too many came at once"),
             ("clamped", "I", "", 0, COUNT_MAX, "values reported as the nearest that their field can hold"),
+            ("odometry_used", "I", "", 0, COUNT_MAX, "ODOMETRY messages taken into use"),
+            ("odometry_refused", "I", "", 0, COUNT_MAX, "those that came twice or out of order"),
+            ("odometry_stale", "I", "", 0, COUNT_MAX, "those that came too late to be of use"),
+            ("odometry_jumps", "I", "", 0, COUNT_MAX, "times that it began anew: reset, jump, other clock"),
         ),
     ),
     (
@@ -241,6 +266,22 @@ MESSAGES = (
             ("data", "64s", "", 0, 255, "8-bit pixels; 0 after the last one"),
         ),
     ),
+    (
+        "MOTION",
+        MOTION,
+        "the vehicle's odometry at the exposure of a processed frame, as the camera used it; once it has any",
+        (
+            _FRAME,
+            ("state", "B", "", 0, 2, "MOTION state"),
+            ("epoch", "B", "", 0, 255, "of the ODOMETRY used"),
+            ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "odometry frame, in the middle of the exposure"),
+            ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "the same"),
+            ("heading_cdeg", "H", "0.01 deg", 0, 35999, "the same, counterclockwise"),
+            ("way_mm10", "I", "0.1 mm", 0, COUNT_MAX, "driven since the start, to and fro, wraps to 0"),
+            ("turn_cdeg", "I", "0.01 deg", 0, COUNT_MAX, "turned since the start, to and fro, wraps to 0"),
+            ("odometry_age_us", "I", "us", 0, COUNT_MAX, "from the newest odometry to the exposure; 0: none"),
+        ),
+    ),
     ("GET_INFO", GET_INFO, "answered by INFO, then ACK", (_TOKEN,)),
     ("PING", PING, "answered by ACK", (_TOKEN,)),
     (
@@ -273,5 +314,19 @@ MESSAGES = (
         RESTART,
         "restarts after its ACK was sent",
         (_TOKEN, ("boot", "H", "", 0, 65535, "from INFO or STATUS, so that a retry cannot restart twice")),
+    ),
+    (
+        "ODOMETRY",
+        ODOMETRY,
+        "where the vehicle is by its wheels, up to 100 times a second; not answered",
+        (
+            ("time_us", "I", "us", 0, COUNT_MAX, "when it was sampled, on the vehicle's clock; wraps to 0"),
+            ("age_us", "I", "us", 0, COUNT_MAX, "from then to the start of sending"),
+            ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "odometry frame; cumulative since its start"),
+            ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "the same, to the left"),
+            ("heading_cdeg", "H", "0.01 deg", 0, 35999, "vehicle's x axis in that frame, counterclockwise"),
+            ("epoch", "B", "", 0, 255, "another one after each jump or reset of x, y, heading or time_us"),
+            ("flags", "B", "", 0, 3, "sum of ODOMETRY flags"),
+        ),
     ),
 )
