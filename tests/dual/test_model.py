@@ -100,7 +100,7 @@ def test_nothing_is_allocated():
 
 
 def test_candidates_are_kept_by_promise_and_once():
-    second = BlurModelReader(WIDTH, HEIGHT, LARICS3, 175, bytearray(8), 16)
+    second = BlurModelReader(WIDTH, HEIGHT, LARICS3, 175, bytearray(512), 16, None)
     candidates = second.candidates
     for x, said in ((10, verdict.NO_RADIUS), (30, verdict.NO_ORIENTATION), (11, verdict.NO_RADIUS)):
         candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said, 0)

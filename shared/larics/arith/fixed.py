@@ -22,6 +22,8 @@ COSINE = table16(tables.COSINE_Q14_BIASED)
 LOG_GREY = table16(tables.LOG_GREY_Q8)
 AXES = table16(tables.AXES_48)
 ROOT = table16(tables.ROOT_Q14)
+CELL_AXES = table16(tables.CELL_AXES)
+CELL_ROWS = table16(tables.CELL_ROWS)
 
 _TURN = const(65536)
 _QUARTER = const(16384)
@@ -29,6 +31,11 @@ _QUARTER = const(16384)
 
 def _entry(table, index):
     return table[2 * index] | table[2 * index + 1] << 8
+
+
+def log_grey(grey):
+    """256 * log2((grey + 16) / 16) of a grey level of 0..255; more counts as 255."""
+    return _entry(tables.LOG_GREY_Q8, min(255, grey))
 
 
 def sin_q14(angle_turn16):

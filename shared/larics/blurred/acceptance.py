@@ -6,8 +6,10 @@ except ImportError:
     from larics._cpython import const
 
 from larics.blurred.line_fit import BITS, POSITIONS
+from larics.coded.cell_reader import PLAIN
 from larics.marker import verdicts
 from larics.marker.detection import NO_ID
+from larics.marker.id_set import holds
 
 _MATCH_LEAST = const(700)  # squared correlation with the model's rings, 1/1024, median of the sectors
 _GOOD_LEAST = const(24)  # sectors of 32: rings that something covers are not for this judge
@@ -40,7 +42,7 @@ _DIRTY_MOST = const(200)  # of one position that must be empty, at most
 class Acceptance:
     """Judges one candidate at a time.
 
-    allowed             array of 8, whether an ID may be told; margin_min: smallest margin that is believed
+    allowed             marker.id_set of those that may be told; margin_min: smallest margin that is believed
     marker_id, margin   of the last one, as in detection.Detection
     """
 
@@ -76,8 +78,10 @@ class Acceptance:
             and self._rule(_DEVIATION_MOST * whole // share - deviation, 28)
         )
 
-    def lines(self, lines, rival, radius_q8):
-        """The verdict on the lines, with a rival of that many percent of the orientation line."""
+    def lines(self, lines, rival, radius_q8, cells):
+        """The verdict on the lines, with a rival of so many percent of the orientation line, and cells.
+
+        cells: the `coded.cell_reader.CellReader` that has measured them; None for the plain family."""
         small = radius_q8 < _SMALL_Q8
         if not (
             self._rule(lines.depth - _DEPTH_LEAST, 70)
@@ -96,7 +100,7 @@ class Acceptance:
         if not self._guards(lines, unit, small):
             return verdicts.NOT_EMPTY
         one_least = _ONE_LEAST_SMALL if small else max(_ONE_LEAST, unit * _ONE_SHARE >> 4)
-        return self._code(lines, unit, one_least)
+        return self._code(lines, unit, one_least, cells)
 
     def _guards(self, lines, unit, small):
         """Whether the five positions that carry no bit are empty; of a small marker one may be dirty."""
@@ -113,8 +117,9 @@ class Acceptance:
                     return False
         return True
 
-    def _code(self, lines, unit, one_least):
-        """The verdict on the three bits."""
+    def _code(self, lines, unit, one_least, cells):
+        """The verdict on the three bits and the cells."""
+        pose_margin = self.margin
         marker_id = 0
         certain = True
         zero_most = _ZERO_MOST * unit >> 8
@@ -132,7 +137,16 @@ class Acceptance:
                 certain = certain and self._rule(amount - _EMPTY_LEAST, 80)
             certain = certain and self._rule(residual_most - lines.residuals[position], 200)
         certain = certain and self.margin >= self._margin_min
-        if certain and self._allowed[marker_id]:
+        if cells is not None:
+            told = cells.decide(marker_id if certain else 0)
+            margin = min(pose_margin, cells.margin)
+            if told > PLAIN and margin >= self._margin_min and holds(self._allowed, told):
+                self.margin = margin
+                self.marker_id = told
+                return verdicts.ACCEPTED
+            self.margin = min(self.margin, cells.margin)
+            certain = certain and told == PLAIN and self.margin >= self._margin_min
+        if certain and holds(self._allowed, marker_id):
             self.marker_id = marker_id
             return verdicts.ACCEPTED
         if certain and marker_id == 0:

@@ -53,7 +53,7 @@ class BlurredLines:
         self._code_q8 = units_q8(family.code_end_mm10 - family.code_start_mm10)
         self._code_middle_q8 = units_q8(family.code_end_mm10 + family.code_start_mm10) >> 1
         self._first = _RING + (self._orientation_q8 * 84 >> 16)
-        self._count = 8
+        self._count = 6  # to 206 mm: cells begin at 220
         # between the line's end and that of the plate
         end = units_q8(family.orientation_end_mm10) + 384 >> 8
         self._beyond = end if (end + 2) << 8 <= units_q8(family.plate_mm10) else 0

@@ -15,7 +15,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, sin_q14
+from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, log_grey, sin_q14
 from larics.blurred import candidates as items
 from larics.blurred.acceptance import Acceptance
 from larics.blurred.blur_model import BlurModel
@@ -32,6 +32,8 @@ _DEPTH_FIRST = const(130)
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
 _SHARP_NOISE = const(64)  # or the noise as strong as that
+_CELL_UNITS_Q8 = const(983)  # a cell's length along the radius, 24 mm of 150,
+_BESIDE = const(5)  # units to where the white beside it is looked at
 _HIDDEN = (verdicts.ID_UNCERTAIN, verdicts.TWO_ORIENTATIONS, verdicts.NOT_EMPTY)
 
 
@@ -42,12 +44,13 @@ class BlurModelReader:
     blur, rings, lines         what was measured
     """
 
-    def __init__(self, width, height, family, line_mm10, allowed, margin_min):
+    def __init__(self, width, height, family, line_mm10, allowed, margin_min, cells):
         self.candidates = Candidates()
         self.blur = BlurModel(family, line_mm10)
         self.rings = BlurredRings(width, height, self.blur)
         self.lines = BlurredLines(family, self.blur)
         self.acceptance = Acceptance(family, allowed, margin_min)
+        self._cells = cells
         self._fits_left = 0
         self._settled = False  # the rings have been fitted without the lines
         self._hidden = False  # a sharp picture may show that something hides a bit
@@ -149,7 +152,13 @@ class BlurModelReader:
             lines.measure_beyond(frame, rings)
         if not lines.read_code(frame, rings):
             return verdicts.NO_ORIENTATION
-        verdict = acceptance.lines(lines, rival, rings.radius_q8)
+        cells = self._cells
+        if cells is not None:
+            cells.measure(
+                frame, (rings.x_q10 + 2) >> 2, (rings.y_q10 + 2) >> 2, rings.radius_q8, rings.e1, rings.e2,
+                rings.hx, rings.hy, lines.angle_turn16, self._cell_depth(),
+            )  # fmt: skip
+        verdict = acceptance.lines(lines, rival, rings.radius_q8, cells)
         if verdict == verdicts.ACCEPTED:
             self._tell()
         return verdict
@@ -161,6 +170,20 @@ class BlurModelReader:
         self._fits_left -= 1
         self.rings.start(x_q10, y_q10, radius_q8, e1, e2)
         return self.rings.fit(frame, _TURNS, None) and self.acceptance.rings(self.rings, 8, 10)
+
+    def _cell_depth(self):
+        """How dark a cell must look against the white beside it in this blur, log units."""
+        blur = self.blur
+        white = self.rings.background >> 4
+        amplitude = 0
+        for rel in (0,) if blur.still else (0, 16):
+            # along the radius, which blurs it more than across
+            along = blur.put_along(_CELL_UNITS_Q8, rel)
+            amplitude += blur.bars[along] - blur.bars[along + _BESIDE]
+        if not blur.still:
+            amplitude >>= 1
+        amplitude = self.rings.amplitude * max(0, amplitude) >> 14
+        return log_grey(white) - log_grey(max(0, white - amplitude))
 
     def _sharp(self):
         blur = self.blur

@@ -20,8 +20,9 @@ from larics.detect.edges import EdgeFinder
 from larics.detect.scales import RADIUS_LEAST_PX, RADIUS_MOST_PX, cut, grouped, tilted_px
 from larics.detect.statistics import Statistics
 from larics.direct.reader import TINY_Q8, DirectReader
-from larics.marker import LARICS3, RADIUS_MAX_PX, RADIUS_MIN_PX, verdicts
+from larics.marker import CODED, RADIUS_MAX_PX, RADIUS_MIN_PX, verdicts
 from larics.marker.detection import FLAG_BLUR_MODEL, FLAG_BORDER, FLAG_ID_UNCERTAIN, FLAG_TRACKED, Detection
+from larics.marker.id_set import id_set
 
 MARKERS = const(8)  # reported in one frame at most
 
@@ -36,8 +37,10 @@ class Detector:
     width, height    px, 64..1024
     radius_min_px, radius_max_px   range of the outer ring's radius, 6..72
     line_mm          width of the lines for an outer radius of 150 mm; None reads 15 to 20 mm
-    family           marker.Family: the geometry
-    allowed_ids      IDs that may be reported; None: all that the family uses
+    family           marker.Family: geometry, and whether cells are read; the plain one reads a coded marker
+                     as its ID mod 8
+    allowed_ids      IDs that may be reported, or (first, last) of ranges; None: all that the family uses. Of
+                     cells only these are rivals: the fewer IDs, the more may be covered
     allow_id0        also report ID 0, which has no coding line
     second_opinion   judge the best rejected candidate by a model of blur when no marker has been read; rings
                      below 9 px and faint ones are left to it altogether, so one of these a frame is reported
@@ -51,7 +54,7 @@ class Detector:
 
     def __init__(
         self, width, height, radius_min_px=RADIUS_MIN_PX, radius_max_px=RADIUS_MAX_PX, line_mm=None,
-        family=LARICS3, allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
+        family=CODED, allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
         max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN,
     ):  # fmt: skip
         if not (64 <= width <= 1024 and 48 <= height <= 1024):
@@ -104,11 +107,9 @@ class Detector:
                 self._votes,
             )
 
-        if allowed_ids is None:
-            allowed_ids = range(8)
-        allowed_ids = [i for i in allowed_ids if i or allow_id0 or family.allow_id0]
+        self.allowed = id_set(allowed_ids, family.coded, allow_id0 or family.allow_id0)
         self.direct = DirectReader(
-            width, height, family, line_mm10, self._scales[-1].radius_max_q8, allowed_ids, margin_min
+            width, height, family, line_mm10, self._scales[-1].radius_max_q8, self.allowed, margin_min
         )
         for scale in self._scales:
             scale.radii = self.direct.rings.radii(
@@ -119,8 +120,9 @@ class Detector:
             from larics.blurred.reader import BlurModelReader  # a board with little memory does without
 
             if BlurModelReader.knows(family):
-                allowed = self.direct.acceptance.allowed
-                self.blur_reader = BlurModelReader(width, height, family, line_mm10, allowed, margin_min)
+                self.blur_reader = BlurModelReader(
+                    width, height, family, line_mm10, self.allowed, margin_min, self.direct.cells
+                )
         self._confirmation = Confirmation(*confirm) if confirm else None
         detections = [Detection() for _ in range(MARKERS)]
         self._found = [detections[:count] for count in range(MARKERS + 1)]
@@ -132,7 +134,7 @@ class Detector:
     def memory(self):
         """Bytes of all buffers and tables in RAM, the frame excepted."""
         total = 4 * (len(self._edges) + len(self._fewer)) + 2 * len(self._histogram) + self._votes.memory()
-        total += self.direct.memory()
+        total += self.direct.memory() + len(self.allowed)
         if self.blur_reader is not None:
             total += self.blur_reader.memory()
         for scale in self._scales:

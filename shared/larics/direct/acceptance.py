@@ -12,8 +12,10 @@ try:
 except ImportError:
     from larics._cpython import const
 
+from larics.coded.cell_reader import PLAIN
 from larics.kernels import rules as kernels
 from larics.marker.detection import NO_ID
+from larics.marker.id_set import holds
 from larics.marker.verdicts import (
     ACCEPTED,
     ID_UNCERTAIN,
@@ -32,16 +34,14 @@ _IN_DOUBT = const(8)  # instead of an ID
 class Acceptance:
     """Accepts or rejects one candidate at a time.
 
-    allowed_ids         those that may be told; margin_min: smallest margin that is believed
+    allowed             marker.id_set of those that may be told; margin_min: smallest margin that is believed
     marker_id, margin   of the last one
     """
 
-    def __init__(self, allowed_ids, margin_min):
+    def __init__(self, allowed, margin_min):
         self._margin_min = margin_min
         self._pose_margin = max(_POSE_MARGIN, margin_min)
-        self.allowed = bytearray(8)
-        for marker_id in allowed_ids:
-            self.allowed[marker_id] = 1
+        self._allowed = allowed
         self.marker_id = NO_ID
         self.margin = 255
         self._rules = array("i", bytes(8 * _RULES))
@@ -73,18 +73,37 @@ class Acceptance:
         count = kernels.line_rules(self._rules, lines.line, lines.second_q8, rings.radius_q8, lines.end_q8)
         return ACCEPTED if self._hold(count) else NO_ORIENTATION
 
-    def code(self, lines, rings):
-        """The verdict on the eight inner positions: five must be empty, three carry the bits."""
+    def code(self, lines, rings, cells):
+        """The verdict on the eight inner positions, of which five must be empty, and on the cells.
+
+        cells: the `coded.cell_reader.CellReader` that has measured them; None for the plain family."""
+        pose_margin = self.margin
         marker_id = _IN_DOUBT
+        is_clean = True
         if lines.code_inside:
             marker_id = kernels.code_rules(
                 self._rules, lines.code, rings.fit, rings.inner_means, lines.angle_turn16
             )
-            if not self._hold(4):
-                return NOT_EMPTY
-            if marker_id != _IN_DOUBT and self.allowed[marker_id]:
-                self.marker_id = marker_id
-                return ACCEPTED
-            if marker_id == 0:
-                return NO_CODE
+            is_clean = self._hold(4)
+        if cells is not None:
+            told = cells.decide(marker_id if is_clean and marker_id != _IN_DOUBT else 0)
+            if told > PLAIN and holds(self._allowed, told):
+                margin = min(pose_margin, cells.margin)
+                if margin >= self._margin_min:
+                    self.margin = margin
+                    self.marker_id = told
+                    return ACCEPTED
+            if told != PLAIN:
+                marker_id = _IN_DOUBT
+            elif marker_id != _IN_DOUBT and is_clean:
+                self.margin = min(self.margin, cells.margin)
+                if self.margin < self._margin_min:
+                    marker_id = _IN_DOUBT
+        if not is_clean:
+            return NOT_EMPTY
+        if marker_id != _IN_DOUBT and holds(self._allowed, marker_id):
+            self.marker_id = marker_id
+            return ACCEPTED
+        if marker_id == 0:
+            return NO_CODE
         return ID_UNCERTAIN if self.margin >= self._pose_margin else NOT_EMPTY

@@ -8,6 +8,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
+from larics.coded.cell_reader import CellReader
 from larics.direct.acceptance import Acceptance
 from larics.direct.line_reader import LineReader
 from larics.direct.ring_fit import RingFit
@@ -26,21 +27,24 @@ _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 class DirectReader:
     """Judges one candidate at a time.
 
-    rings, lines, acceptance   what was measured of the last one, and the decision on it
+    rings, lines, cells, acceptance   what was measured of the last one, and the decision on it
+                                      (cells: None for the plain family)
     """
 
-    def __init__(self, width, height, family, line_mm10, radius_max_q8, allowed_ids, margin_min):
+    def __init__(self, width, height, family, line_mm10, radius_max_q8, allowed, margin_min):
         outer = family.outer_mm10
         self.rings = RingFit(
             width, height, (family.inner_mm10 * 1024 + outer // 2) // outer, line_mm10 * 1024 // outer,
             radius_max_q8,
         )  # fmt: skip
         self.lines = LineReader(family, line_mm10)
-        self.acceptance = Acceptance(allowed_ids, margin_min)
+        self.acceptance = Acceptance(allowed, margin_min)
+        # where the edges' distances lie, nothing lies any more when the cells are read
+        self.cells = CellReader(width, height, allowed, self.rings.distances) if family.coded else None
 
     def memory(self):
         """Bytes of the buffers."""
-        return self.rings.memory() + self.lines.memory()
+        return self.rings.memory() + self.lines.memory() + (self.cells.memory() if self.cells else 0)
 
     def decides(self):
         """Whether the last candidate has pixels and contrast enough for these rules to decide alone."""
@@ -93,4 +97,7 @@ class DirectReader:
         verdict = acceptance.orientation(lines, rings)
         if verdict != verdicts.ACCEPTED:
             return verdict
-        return acceptance.code(lines, rings)
+        cells = self.cells
+        if cells is not None and not cells.measure_direct(frame, rings, lines):
+            return verdicts.POOR_RINGS
+        return acceptance.code(lines, rings, cells)

@@ -125,3 +125,32 @@ POSITION_NEAR_MEAN = const(2)  # both again, below the mean of the sides, + BIAS
 POSITION_FAR_MEAN = const(3)
 POSITION_LEVEL = const(4)  # of grey beside it, log units
 POSITION_ITEMS = const(5)
+
+# PLACE, where a marker lies whose cells are read, of either reader (cells.cell_depths)
+PLACE_X_Q8 = const(0)  # projected centre
+PLACE_Y_Q8 = const(1)
+PLACE_RADIUS_Q8 = const(2)  # of the outer ring
+PLACE_E1_Q14 = const(3)  # ellipse as in polar.polar_samples, + BIAS
+PLACE_E2_Q14 = const(4)
+PLACE_HX_Q14 = const(5)  # perspective, likewise
+PLACE_HY_Q14 = const(6)
+PLACE_COSINE_Q14 = const(7)  # direction of the orientation line in the plane of the marker, + BIAS
+PLACE_SINE_Q14 = const(8)
+PLACE_DEPTH = const(9)  # of a dark cell against the white beside it, log units, at least 1
+PLACE_RADII_Q10 = const(
+    10
+)  # for an outer radius of 1024 where they are looked at: two radii beside the cells,
+PLACE_BESIDE_2_Q10 = const(11)
+PLACE_CELL_Q10 = const(12)  # and two in them
+PLACE_CELL_2_Q10 = const(13)
+PLACE_WIDTH = const(14)  # of the frame
+PLACE_HEIGHT = const(15)
+PLACE_ITEMS = const(16)
+
+# WORD, what the cells tell (cells.likeliest_words); a cell that leaves no doubt costs 64
+WORD_ID = const(0)  # of the word that costs least, 0 for the empty one,
+WORD_COST = const(1)  # what it costs,
+WORD_SECOND = const(2)  # and what the second costs, at least
+WORD_CONTRADICTED = const(3)  # cells that the first contradicts,
+WORD_BLANK = const(4)  # and those that tell nothing
+WORD_ITEMS = const(5)

@@ -1,0 +1,155 @@
+"""The cells of a marker, through the pose that the direct or the blur-model reader has fitted.
+
+depths -> weights -> the two likeliest words -> an ID, "plain", or neither
+
+What a cell tells is weighed, the word that contradicts the least is taken, and it is believed when the second
+would contradict so much more. An ID is told by cells and lines together: lines that were read must agree.
+"""
+
+from array import array
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith.fixed import CELL_AXES, CELL_ROWS, LOG_GREY, atan2_turn16, cos_q14, sin_q14
+from larics.kernels import cells as kernels
+
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_FIT_BULGE_COS = const(8)
+_FIT_BULGE_SIN = const(9)
+_FIT_X_Q10 = const(10)
+_FIT_Y_Q10 = const(11)
+_FIT_TRUE_X_Q10 = const(12)
+_FIT_TRUE_Y_Q10 = const(13)
+_PLACE_X_Q8 = const(0)
+_PLACE_Y_Q8 = const(1)
+_PLACE_RADIUS_Q8 = const(2)
+_PLACE_E1_Q14 = const(3)
+_PLACE_E2_Q14 = const(4)
+_PLACE_HX_Q14 = const(5)
+_PLACE_HY_Q14 = const(6)
+_PLACE_COSINE_Q14 = const(7)
+_PLACE_SINE_Q14 = const(8)
+_PLACE_DEPTH = const(9)
+_PLACE_RADII_Q10 = const(10)
+_PLACE_WIDTH = const(14)
+_PLACE_HEIGHT = const(15)
+_PLACE_ITEMS = const(16)
+_WORD_ID = const(0)
+_WORD_COST = const(1)
+_WORD_SECOND = const(2)
+_WORD_ITEMS = const(5)
+
+# for an outer ring of 150 mm, where the reference studies read them: beside the cells, and in them
+_RADII_MM = (190, 205, 228, 236)
+_SHAPE_MOST_Q14 = 4096
+_BESIDE_Q12 = const(5671)  # 18/13: the rings' centres lie by 13/18 of the bend beside the true one
+
+
+PLAIN = const(0)  # no cell is dark: the lines tell the ID
+UNKNOWN = const(-1)
+
+# a cell that leaves no doubt weighs 64; the second word must cost that much more than the first,
+_GAP_LEAST = const(78)
+_GAP_LEAST_ALONE = const(110)  # without lines that agree,
+_GAP_SURE = const(288)  # for the margin of 255 so much more,
+_COST_SHARE = const(2)  # and at least 2/4 of what the first contradicts
+_LINE_DARK = const(64)  # weights of a coding line: one that is seen,
+_LINE_WHITE = const(32)  # and one that is not, which may be hidden
+
+
+class CellReader:
+    """Measures the cells of one candidate at a time.
+
+    depths    array of 48: darkness of each cell, 256 = as dark as expected, + _BIAS, 0 outside the
+              frame; then the brightness in each and beside each, log units
+    margin    of the last decision, 0..255
+    """
+
+    def __init__(self, width, height, allowed, scratch):
+        """allowed: marker.id_set of the IDs that may be told; scratch: array("i") of cells.SCRATCH items
+        that nobody needs while a reader decides."""
+        self.depths = array("i", bytes(4 * 72))
+        self.pose = array("i", bytes(4 * _PLACE_ITEMS))
+        for ring in range(4):
+            self.pose[_PLACE_RADII_Q10 + ring] = _RADII_MM[ring] * 1024 // 150
+        self.pose[_PLACE_WIDTH] = width
+        self.pose[_PLACE_HEIGHT] = height
+        self._allowed = allowed
+        self._scratch = scratch
+        self._weights = array("i", bytes(4 * 24))
+        self._lines = array("i", bytes(12))
+        self._result = array("i", bytes(4 * _WORD_ITEMS))
+        self.margin = 0
+
+    def memory(self):
+        """Bytes of the buffers."""
+        return 4 * (len(self.depths) + len(self.pose) + len(self._weights) + 8)
+
+    def decide(self, lines_id):
+        """Which ID the cells measured last tell: above 7, PLAIN, or UNKNOWN; sets `margin`.
+
+        lines_id: 1..7 as the coding lines were read, which must agree; 0 when they are in doubt."""
+        self.margin = 0
+        if not kernels.cell_weights(self._scratch, 0, 0, self.depths, self._weights):
+            return UNKNOWN
+        lines = self._lines
+        for bit in range(3):
+            weight = 0
+            if lines_id:
+                weight = _LINE_DARK if lines_id >> bit & 1 else -_LINE_WHITE
+            lines[bit] = weight + _BIAS
+        result = self._result
+        kernels.likeliest_words(self._scratch, 0, 0, self._weights, CELL_ROWS, lines, self._allowed, result)
+        told = result[_WORD_ID]
+        cost = result[_WORD_COST]
+        gap = result[_WORD_SECOND] - cost
+        if told and lines_id and told & 7 != lines_id:
+            return UNKNOWN
+        least = _GAP_LEAST if lines_id or not told else _GAP_LEAST_ALONE
+        if gap < least or gap * 4 < cost * _COST_SHARE:
+            return UNKNOWN
+        self.margin = min(255, (gap - least) * 255 // _GAP_SURE)
+        return told
+
+    def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth):
+        """Measures the cells of a marker; False when its shape is none that a pose can have.
+
+        e1, e2, hx, hy: ellipse and perspective * 2**14 as in kernels.polar.polar_samples; turn16: clockwise
+        angle of the orientation line in the plane of the marker; depth: of a dark cell, log units."""
+        if max(max(abs(e1), abs(e2)), max(abs(hx), abs(hy))) > _SHAPE_MOST_Q14:
+            return False
+        pose = self.pose
+        pose[_PLACE_X_Q8] = x_q8
+        pose[_PLACE_Y_Q8] = y_q8
+        pose[_PLACE_RADIUS_Q8] = radius_q8
+        pose[_PLACE_E1_Q14] = e1 + _BIAS
+        pose[_PLACE_E2_Q14] = e2 + _BIAS
+        pose[_PLACE_HX_Q14] = hx + _BIAS
+        pose[_PLACE_HY_Q14] = hy + _BIAS
+        pose[_PLACE_COSINE_Q14] = cos_q14(turn16) + _BIAS
+        pose[_PLACE_SINE_Q14] = sin_q14(turn16) + _BIAS
+        pose[_PLACE_DEPTH] = max(1, depth)
+        kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
+        return True
+
+    def measure_direct(self, frame, rings, lines):
+        """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`."""
+        fit = rings.fit
+        radius_q8 = rings.radius_q8
+        e1 = ((fit[_FIT_BULGE_COS] - _BIAS) << 12) // radius_q8
+        e2 = ((fit[_FIT_BULGE_SIN] - _BIAS) << 12) // radius_q8
+        hx = (fit[_FIT_X_Q10] - fit[_FIT_TRUE_X_Q10]) * _BESIDE_Q12 // radius_q8
+        hy = (fit[_FIT_Y_Q10] - fit[_FIT_TRUE_Y_Q10]) * _BESIDE_Q12 // radius_q8
+        # the line's angle is that in the picture; in the marker's plane it lies where the ellipse is undone
+        cosine = cos_q14(lines.angle_turn16)
+        sine = sin_q14(lines.angle_turn16)
+        x = cosine - ((e1 * cosine + e2 * sine) >> 14)
+        y = sine - ((e2 * cosine - e1 * sine) >> 14)
+        depth = (rings.area << 8) // (radius_q8 * rings.line_q10 >> 10)
+        return self.measure(
+            frame, (rings.true_x_q10 + 2) >> 2, (rings.true_y_q10 + 2) >> 2, radius_q8, e1, e2, hx, hy,
+            atan2_turn16(y, x), depth,
+        )  # fmt: skip
