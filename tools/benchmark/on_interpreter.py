@@ -55,7 +55,7 @@ def _make(method, low, high, max_tilt_deg, width, height):
 
 def _asked(detector):
     """1 when the blur-model reader was asked in the last frame, else 0."""
-    return int(hasattr(detector, "counts") and detector.statistics.blur_verdict >= 0)
+    return int(hasattr(detector, "statistics") and detector.statistics.blur_verdict >= 0)
 
 
 def _counted(function, total, count):
