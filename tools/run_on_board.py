@@ -3,8 +3,8 @@
     MICROPYTHON="python tools/run_on_board.py --port /dev/ttyACM0" make test
     MICROPYTHON="python tools/run_on_board.py --qemu firmware.elf" make bench
 
-The folders of MICROPYPATH are compiled for the board and lent to it over the line (mpremote's mount), with
-the script and every argument that names a file or a folder; the rest of the arguments, standard output and the
+The folders of MICROPYPATH are compiled for the board and lent to it over the line (mpremote's mount),
+with the script and every argument that names a file or a folder; the other arguments, standard output and the
 exit code pass through. A script must fit the heap that the board has left.
 
 `--qemu` starts an emulated Cortex-M7 (qemu-system-arm, machine mps2-an500) with a firmware of MicroPython's
@@ -71,7 +71,7 @@ def compile_tree(folder, target, march):
 
 
 def stage(folder, search, script, arguments, march):
-    """Fills the folder that is lent; returns (sys.path, sys.argv, path of the script), as the board sees them."""
+    """Fills the folder to lend; returns (sys.path, sys.argv, the script's path) as the board sees them."""
     paths = []
     for number, part in enumerate(part for part in search.split(":") if part and part != ".frozen"):
         if Path(part).is_dir():
@@ -151,12 +151,18 @@ def run(device, baud, folder, program, write):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--port", help="serial device of a board whose REPL is free")
-    where.add_argument("--qemu", metavar="FIRMWARE", help="firmware.elf of MicroPython's QEMU port, board MPS2_AN500")
+    where.add_argument(
+        "--qemu", metavar="FIRMWARE", help="firmware.elf of MicroPython's QEMU port, board MPS2_AN500"
+    )
     parser.add_argument("--baud", type=int, default=115200)
-    parser.add_argument("--march", default="armv7emsp", help="what mpy-cross compiles for (default: %(default)s)")
+    parser.add_argument(
+        "--march", default="armv7emsp", help="what mpy-cross compiles for (default: %(default)s)"
+    )
     parser.add_argument("script")
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     options = parser.parse_args(arguments)

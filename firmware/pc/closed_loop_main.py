@@ -19,7 +19,7 @@ else:
     import os
 
     class UART:
-        """The calls of machine.UART that link.SerialLine makes, on a terminal device; nothing is received."""
+        """The calls of machine.UART that SerialLine makes, on a terminal device; nothing is received."""
 
         def __init__(self, device):
             self._descriptor = os.open(device, os.O_RDWR | os.O_NOCTTY)

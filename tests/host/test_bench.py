@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from larics_host.validation import scoring
-from larics_host.validation.scoring import Found, Tally, Truth
+from larics_host.validation.scoring import Expected, Found, Tally
 from tools.benchmark import evaluate, frames, interpreter, methods, page, plan, plots, report, targets
 
-TRUTH = Truth(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
+TRUTH = Expected(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
 
 
 def found(dx=0.0, dy=0.0, marker_id=5, heading_deg=10.0, margin=100):

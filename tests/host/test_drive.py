@@ -13,7 +13,7 @@ from larics_host import cli
 from larics_host.calibration import mounting
 from larics_host.drive import command, field, score
 from larics_host.drive.firmware import Firmware
-from larics_host.drive.simulation import Frame, Record, Sight, judge
+from larics_host.drive.simulation import Frame, Sight, Trace, judge
 from larics_host.drive.vehicle import STEP_S, Drivetrain, Vehicle
 from larics_host.errors import UserError
 from larics_host.render.camera import Camera, Motion, Pose
@@ -157,10 +157,10 @@ def test_judging_a_frame():
 
 
 def recorded(visits, pushes=(), name="steady"):
-    record = Record(field.draw_field(name, 3))
-    record.visits = [(10.0 * k, marker_id, 1.0) for k, marker_id in enumerate(visits)]
-    record.pushes = list(pushes)
-    return record
+    trace = Trace(field.draw_field(name, 3))
+    trace.visits = [(10.0 * k, marker_id, 1.0) for k, marker_id in enumerate(visits)]
+    trace.pushes = list(pushes)
+    return trace
 
 
 def test_laps():
@@ -176,13 +176,13 @@ def test_laps():
 
 
 def test_recovery_is_timed_from_a_push():
-    record = recorded((3, 4, 7), pushes=(12.0,))
+    trace = recorded((3, 4, 7), pushes=(12.0,))
     for time_s, state, off in ((11.0, m.TRACKING, 0.1), (13.0, m.TRACKING, 300.0), (15.0, m.TRACKING, 2.0)):
-        record.frames.append(
+        trace.frames.append(
             Frame(time_s, 0, 0, 0, 1, state, (0, 0, 0), (off, 0.1), 1.0, 3, 0, 0, {"wire": Sight(right=1)})
         )
-    assert score.recoveries(record) == ([3.0], [8.0])
-    result = score.score(record)
+    assert score.recoveries(trace) == ([3.0], [8.0])
+    result = score.score(trace)
     assert result.tracking_mm.max == 300.0 and result.methods["wire"].right_share == 1.0
     assert score.recoveries(recorded((3, 4, 3))) == ([], [10.0])
 

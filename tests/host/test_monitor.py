@@ -19,7 +19,7 @@ from larics_host import cli
 from larics_host.connection.byte_sources import SerialSource
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
-from larics_host.logs.log_reader import RecordedSource
+from larics_host.logs.log_reader import LogSource
 from larics_host.monitor.drawing import Canvas, draw_view
 from larics_host.monitor.session import Session
 from larics_host.monitor.state import MonitorState
@@ -250,7 +250,7 @@ def request(server, path, method="GET", **headers):
 
 
 def test_the_server_is_for_this_computer_only(log):
-    with monitored(RecordedSource(log)) as (session, server):
+    with monitored(LogSource(log)) as (session, server):
         assert server.server_address[0] == "127.0.0.1"
         page = request(server, "/")
         assert page.status == 200 and b"LARICS monitor" in page.read()
@@ -325,7 +325,7 @@ def test_bad_input_is_one_line(argv, part, log, monkeypatch, capsys):
 
 
 def test_a_web_port_in_use_is_told(log, capsys):
-    with monitored(RecordedSource(log)) as (_, server):
+    with monitored(LogSource(log)) as (_, server):
         port = server.server_port
         assert cli.main(["monitor", "--input", str(log), "--web", str(port)]) == 2
     assert "port %d of this computer cannot be used" % port in capsys.readouterr().err

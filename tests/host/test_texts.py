@@ -7,7 +7,7 @@ import pytest
 
 from larics_host import cli, files
 from larics_host.errors import UserError
-from larics_host.logs.log_reader import read_pieces, read_records
+from larics_host.logs.log_reader import read_pieces, read_rows
 from larics_host.mapping.mapfile import read_csv
 from larics_host.truth import COLUMNS, read_truth
 from larics_host.validation.sources import read_log
@@ -249,7 +249,7 @@ def test_a_log_is_known_by_its_content_under_any_name(log, tmp_path):
 def test_what_is_no_log_is_given_up_early(tmp_path):
     (tmp_path / "a.jsonl").write_text("{}\n" * 300)
     with pytest.raises(UserError, match="a.jsonl line 1 is not from larics log"):
-        list(read_records(tmp_path / "a.jsonl"))
+        list(read_rows(tmp_path / "a.jsonl"))
 
 
 def test_detections_that_end_early_are_refused(tmp_path):

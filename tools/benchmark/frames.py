@@ -9,7 +9,7 @@ import numpy as np
 import skimage.data
 from PIL import Image
 
-from larics_host.validation.scoring import Truth
+from larics_host.validation.scoring import Expected
 
 WIDTH, HEIGHT = 360, 296
 
@@ -22,7 +22,9 @@ def render(preset, seed, index, target, radius_px, overrides):
         preset, seed, index, width=WIDTH, height=HEIGHT, radius_px=radius_px, target=target, **overrides
     )
     return frame, [
-        Truth(t.id, t.x_px, t.y_px, t.heading_deg, t.radius_px, t.visible) for t in truths if t.id is not None
+        Expected(t.id, t.x_px, t.y_px, t.heading_deg, t.radius_px, t.visible)
+        for t in truths
+        if t.id is not None
     ]
 
 
@@ -55,7 +57,7 @@ class Cache:
                 frames, rows = stored["frames"], stored["truths"]
             truths = [[] for _ in frames]
             for row in rows:
-                truths[int(row[0])].append(Truth(int(row[1]), *map(float, row[2:])))
+                truths[int(row[0])].append(Expected(int(row[1]), *map(float, row[2:])))
             return list(zip(frames, truths, strict=True))
         block = [render(preset, seed, start + i, target, radius_px, overrides) for i in range(count)]
         rows = [(i, *truth) for i, (_, truths) in enumerate(block) for truth in truths]

@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
         stop_on_signals,
     )
     from larics_host.connection.receiver import Receiver
-    from larics_host.logs.log_writer import Recorder
+    from larics_host.logs.log_writer import LogWriter
 
     if args.seconds is not None and not args.seconds > 0:
         raise UserError("--seconds %g: give a number above 0" % args.seconds)
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         raise UserError("--baud %d: give a number above 0" % args.baud)
     source: Any = SerialSource(args.port, args.baud) if args.port else FileSource(args.input)
     prefix = args.output or time.strftime("larics-%Y%m%d-%H%M%S")
-    recorder = Recorder(prefix, raw=args.raw, force=args.force, mcap=args.mcap)
+    recorder = LogWriter(prefix, raw=args.raw, force=args.force, mcap=args.mcap)
     if args.port and args.reconnect:
         source = ReconnectingSource(source)
     receiver = Receiver()

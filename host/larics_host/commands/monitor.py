@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from larics_host.connection.byte_sources import SerialSource, stop_on_signals
-    from larics_host.logs.log_reader import RecordedSource, read_pieces
+    from larics_host.logs.log_reader import LogSource, read_pieces
     from larics_host.monitor.session import Session
     from larics_host.monitor.state import MonitorState
 
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     rows = _map_rows(args.map) if args.map else ()
     if args.input:
         next(read_pieces(args.input))  # what cannot be read is told before anything is shown
-    source = RecordedSource(args.input, args.speed) if args.input else SerialSource(args.port, args.baud)
+    source = LogSource(args.input, args.speed) if args.input else SerialSource(args.port, args.baud)
     session = Session(source, MonitorState(source.name, rows))
     server = None
     if args.web is not None:

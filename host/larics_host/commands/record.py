@@ -46,13 +46,13 @@ def run(args: argparse.Namespace) -> int:
 def _from_stream(args):
     from larics_host.images.frame_folder import frame_name, make_folder, write_frame
     from larics_host.images.frame_sources import open_frames
-    from larics_host.logs.log_reader import read_records
+    from larics_host.logs.log_reader import read_rows
     from larics_host.progress import watched
 
     frames = open_frames([args.input])
     first = next(frames)  # what cannot be read leaves no folder behind
     if args.log:
-        next(read_records(args.log), None)
+        next(read_rows(args.log), None)
     folder = make_folder(args.output, args.overwrite)
     if args.log:
         shutil.copyfile(args.log, folder / (MESSAGES + ".jsonl"))
@@ -75,7 +75,7 @@ def _from_camera(args):
     from larics_host.connection.camera_settings import connected, read_all, write_file
     from larics_host.connection.receiver import message_of
     from larics_host.images.frame_folder import frame_name, make_folder, write_frame
-    from larics_host.logs.log_writer import Recorder
+    from larics_host.logs.log_writer import LogWriter
     from larics_host.progress import measured
 
     start_s = time.monotonic()
@@ -96,7 +96,7 @@ def _from_camera(args):
         settings = read_all(client)
         folder = make_folder(args.output, args.overwrite)
         write_file(folder / SETTINGS, settings)
-        recorder = Recorder(str(folder / MESSAGES), force=True)
+        recorder = LogWriter(str(folder / MESSAGES), force=True)
         for message in before:
             recorder.write(message)
         try:

@@ -68,24 +68,24 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
     simulation = Simulation(field, args.seed, args.on, args.method, keep=figures.keep_changes())
     for _ in watched(simulation.frames(), expected, quiet_stdout=True):
         pass
-    record = simulation.record
-    result = score(record)
-    _write_frames(folder / "frames.csv", record)
+    trace = simulation.trace
+    result = score(trace)
+    _write_frames(folder / "frames.csv", trace)
     text = json.dumps(_without_nan(result.as_dict()), indent=1, allow_nan=False) + "\n"
     (folder / "score.json").write_text(text, encoding="utf-8")
-    (folder / "path.png").write_bytes(png(figures.path_figure(record, field.condition.summary)))
-    cv2.imwrite(str(folder / "strip.png"), figures.strip(record))
+    (folder / "path.png").write_bytes(png(figures.path_figure(trace, field.condition.summary)))
+    cv2.imwrite(str(folder / "strip.png"), figures.strip(trace))
     _tell(result, folder)
     return 0
 
 
-def _write_frames(path, record):
+def _write_frames(path, trace):
     columns = ("time_s", "true_x_mm", "true_y_mm", "true_heading_deg", "state", "x_mm", "y_mm", "heading_deg")
     columns += ("error_mm", "error_deg", "sigma_mm", "id", "route_position", "behaviour")
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
-        for frame in record.frames:
+        for frame in trace.frames:
             truth = [round(value, 3) for value in (frame.x_mm, frame.y_mm, frame.heading_deg % 360)]
             error = [round(value, 4) for value in frame.error]
             writer.writerow(

@@ -16,18 +16,18 @@ from larics_vehicle.approach import STATE_NAMES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from larics_host.drive.simulation import Record
+    from larics_host.drive.simulation import Trace
 
 
 _COLOURS = {m.TRACKING: "#1b7837", m.COASTING: "#e08214", m.LOST: "#b2182b"}
 _WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.LOST: "lost"}
 
 
-def path_figure(record: Record, title: str) -> Figure:
+def path_figure(trace: Trace, title: str) -> Figure:
     """The driven path over the map, coloured by the state of the reported pose; a matplotlib Figure."""
     plot = new_figure(8.4, 6.2)
     axes = plot.add_subplot()
-    frames = record.frames
+    frames = trace.frames
     x = np.array([frame.x_mm for frame in frames]) / 1000
     y = np.array([frame.y_mm for frame in frames]) / 1000
     states = np.array([frame.state for frame in frames])
@@ -41,11 +41,11 @@ def path_figure(record: Record, title: str) -> Figure:
         axes.plot(
             *(reported.T / 1000), ",", color="black", label="reported while tracking", alpha=0.6, zorder=3
         )
-    for time_s in record.pushes:
+    for time_s in trace.pushes:
         frame = min(frames, key=lambda f: abs(f.time_s - time_s))
         axes.plot(frame.x_mm / 1000, frame.y_mm / 1000, "x", color="black", markersize=7, zorder=4)
-    for marker_id, (mx, my, heading) in record.field.markers.items():
-        gone = marker_id == record.field.condition.missing
+    for marker_id, (mx, my, heading) in trace.field.markers.items():
+        gone = marker_id == trace.field.condition.missing
         _draw_marker(axes, marker_id, mx / 1000, my / 1000, math.radians(heading), gone)
     axes.margins(0.12)
     axes.set_aspect("equal")
@@ -82,11 +82,11 @@ def keep_changes(most: int = 8) -> Callable[..., str | None]:
     def keep(simulation, index):
         state = simulation.controller.state
         # the middle of a phase shows it best: half a second in, or the frame after at a low rate
-        changes = simulation.record.behaviours
+        changes = simulation.trace.behaviours
         if not changes or len(seen) >= most:
             return None
         at, _ = changes[-1]
-        now = simulation.record.frames[-1].time_s
+        now = simulation.trace.frames[-1].time_s
         if now - at < 0.5 or (seen and seen[-1] == at):
             return None
         seen.append(at)
@@ -96,17 +96,17 @@ def keep_changes(most: int = 8) -> Callable[..., str | None]:
 
 
 def strip(
-    record: Record, pictures: Sequence[Any] | None = None, columns: int = 4, scale: float = 0.75
+    trace: Trace, pictures: Sequence[Any] | None = None, columns: int = 4, scale: float = 0.75
 ) -> np.ndarray:
     """The kept frames (or these) side by side with what was seen in them, as the paper's figure 9.
 
     Returns (H, W, 3) uint8, BGR."""
     from larics_host.detection.camera_view import CameraView
 
-    camera = record.field.camera
-    view = CameraView(record.field.settings, camera.width, camera.height)
+    camera = trace.field.camera
+    view = CameraView(trace.field.settings, camera.width, camera.height)
     tiles = []
-    for time_s, picture, caption in record.pictures if pictures is None else pictures:
+    for time_s, picture, caption in trace.pictures if pictures is None else pictures:
         tile = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
         for found in view.detect(picture):
             _draw_detection(tile, found)

@@ -12,7 +12,7 @@ from larics.wire import messages as m
 from larics_host.wire_names import name_of
 
 if TYPE_CHECKING:
-    from larics_host.drive.simulation import Record
+    from larics_host.drive.simulation import Trace
 
 
 _POSE_REGAINED_MM = 50.0
@@ -88,19 +88,19 @@ class Score:
         return asdict(self)
 
 
-def score(record: Record) -> Score:
-    """The Score of a Record."""
-    frames = record.frames
+def score(trace: Trace) -> Score:
+    """The Score of a Trace."""
+    frames = trace.frames
     tracking = [frame for frame in frames if frame.state == m.TRACKING]
     coasting = [frame for frame in frames if frame.state == m.COASTING]
-    begun, completed = laps(record)
-    visited = [visit for visit in record.visits if np.isfinite(visit[2])]
-    pose_s, route_s = recoveries(record)
-    wire = detection(record, "wire")
-    hours = record.field.condition.seconds / 3600
+    begun, completed = laps(trace)
+    visited = [visit for visit in trace.visits if np.isfinite(visit[2])]
+    pose_s, route_s = recoveries(trace)
+    wire = detection(trace, "wire")
+    hours = trace.field.condition.seconds / 3600
     ratios = [frame.error[0] / frame.sigma_mm for frame in tracking if frame.sigma_mm > 0]
     return Score(
-        methods={name: detection(record, name) for name in (frames[0].sights if frames else ())},
+        methods={name: detection(trace, name) for name in (frames[0].sights if frames else ())},
         tracking_mm=spread(frame.error[0] for frame in tracking),
         tracking_deg=spread(frame.error[1] for frame in tracking),
         coasting_mm=spread(frame.error[0] for frame in coasting),
@@ -111,28 +111,28 @@ def score(record: Record) -> Score:
         },
         laps_begun=begun,
         laps_completed=completed,
-        visits=len(record.visits),
-        wrong_visits=len(_out_of_order(record)),
+        visits=len(trace.visits),
+        wrong_visits=len(_out_of_order(trace)),
         centred_mm=spread(visit[2] for visit in visited),
         wrong_per_hour=(wire.other + wire.cut_wrong) / hours,
         pose_regained_s=spread(pose_s),
         route_regained_s=spread(route_s),
-        faults=record.faults,
-        fault_names=[name_of("Fault", code) for code in sorted(record.fault_codes)],
-        line_errors=record.line_errors,
-        way_m=record.way_mm / 1000,
+        faults=trace.faults,
+        fault_names=[name_of("Fault", code) for code in sorted(trace.fault_codes)],
+        line_errors=trace.line_errors,
+        way_m=trace.way_mm / 1000,
     )
 
 
-def detection(record: Record, name: str) -> Detection:
+def detection(trace: Trace, name: str) -> Detection:
     """The Detection of a method (or of "wire", what the firmware sent) on the frames of a drive."""
-    sights = [frame.sights[name] for frame in record.frames]
+    sights = [frame.sights[name] for frame in trace.frames]
     names = asdict(sights[0]) if sights else ()
     total = {key: sum(getattr(sight, key) for sight in sights) for key in names}
     get = total.get
     return Detection(
         frames=len(sights),
-        markers=sum(frame.markers for frame in record.frames),
+        markers=sum(frame.markers for frame in trace.frames),
         detected=get("right", 0) + get("wrong", 0) + get("unsure", 0),
         right=get("right", 0),
         other=get("wrong", 0),
@@ -142,13 +142,13 @@ def detection(record: Record, name: str) -> Detection:
     )
 
 
-def laps(record: Record) -> tuple[int, int]:
+def laps(trace: Trace) -> tuple[int, int]:
     """(begun, completed): a lap begins when the first marker of the route is left, and is completed when it
     is left again after all others in their order. A lap that the end of the drive cuts off does not count."""
-    route = record.field.route[:-1]
+    route = trace.field.route[:-1]
     begun = completed = 0
     expected = None
-    for _, marker_id, _ in record.visits:
+    for _, marker_id, _ in trace.visits:
         if expected is not None and marker_id == route[expected]:
             if expected == 0:
                 completed += 1
@@ -161,27 +161,27 @@ def laps(record: Record) -> tuple[int, int]:
     return max(completed, begun - 1), completed
 
 
-def _out_of_order(record):
+def _out_of_order(trace):
     """Pairs of markers left one after the other that do not follow each other in the route."""
-    route = record.field.route
+    route = trace.field.route
     following = set(zip(route[:-1], route[1:], strict=True))
-    pairs = zip(record.visits[:-1], record.visits[1:], strict=True)
+    pairs = zip(trace.visits[:-1], trace.visits[1:], strict=True)
     return [(before, after) for before, after in pairs if (before[1], after[1]) not in following]
 
 
-def recoveries(record: Record) -> tuple[list[float], list[float]]:
+def recoveries(trace: Trace) -> tuple[list[float], list[float]]:
     """(seconds from each push until the pose was right again, seconds until the route was): until the next
     marker was left, and without pushes the time between two that do not follow each other in the route."""
-    if not record.pushes:
-        return [], [after[0] - before[0] for before, after in _out_of_order(record)]
+    if not trace.pushes:
+        return [], [after[0] - before[0] for before, after in _out_of_order(trace)]
     pose_s, route_s = [], []
-    for start in record.pushes:
+    for start in trace.pushes:
         right = [
             frame.time_s
-            for frame in record.frames
+            for frame in trace.frames
             if frame.time_s > start and frame.state == m.TRACKING and frame.error[0] < _POSE_REGAINED_MM
         ]
-        left = [visit[0] for visit in record.visits if visit[0] > start]
+        left = [visit[0] for visit in trace.visits if visit[0] > start]
         pose_s += [right[0] - start] if right else []
         route_s += [left[0] - start] if left else []
     return pose_s, route_s

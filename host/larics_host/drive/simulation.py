@@ -68,7 +68,7 @@ class Frame:
 
 
 @dataclass
-class Record:
+class Trace:
     """A whole drive. visits: (time, ID, distance mm) each time a marker was left; faults: how many the status
     counts, fault_codes: which it named."""
 
@@ -103,7 +103,7 @@ def wheel_controller(condition: Condition) -> Approach:
 
 
 class Simulation:
-    """Drives a Field; `record` is what was recorded.
+    """Drives a Field; `trace` is what was recorded.
 
     interpreter    "micropython" or "cpython"; driver: the method that the firmware uses
     compare        methods that look at the same frames beside it, on this PC
@@ -120,7 +120,7 @@ class Simulation:
         keep: Callable[..., str | None] | None = None,
     ) -> None:
         self.field, self.keep = field_, keep
-        self.record = Record(field_)
+        self.trace = Trace(field_)
         self.vehicle = Vehicle(field_.start, generator("wheels-" + field_.name, seed))
         self.controller = wheel_controller(field_.condition)
         size = (field_.camera.width, field_.camera.height)
@@ -129,12 +129,12 @@ class Simulation:
         # (time of arrival, type, sequence, record)
         self._waiting: list[tuple[float, int, int, Any]] = []
 
-    def run(self, on_frame: Callable[[Record], object] | None = None) -> Record:
-        """The whole drive; on_frame is called with the Record after each frame."""
+    def run(self, on_frame: Callable[[Trace], object] | None = None) -> Trace:
+        """The whole drive; on_frame is called with the Trace after each frame."""
         for _ in self.frames():
             if on_frame:
-                on_frame(self.record)
-        return self.record
+                on_frame(self.trace)
+        return self.trace
 
     def frames(self) -> Iterator[Frame]:
         """The drive, frame by frame; each item is the newest Frame."""
@@ -149,17 +149,17 @@ class Simulation:
                 if now_s >= index * period_s:
                     self._take_frame(firmware, index, now_s)
                     index += 1
-                    yield self.record.frames[-1]
+                    yield self.trace.frames[-1]
                 while events and events[0].at_s <= now_s:
                     event = events.pop(0)
                     self.vehicle.push(event.forward_mm, event.left_mm, event.turn_deg)
-                    self.record.pushes.append(now_s)
+                    self.trace.pushes.append(now_s)
                 if steps % _CONTROL_STEPS == 0:
                     self._control(now_s)
                 self.vehicle.step(self.controller.speed_mm_s, self.controller.turn_cdeg_s / 100)
                 steps += 1
-            self.record.line_errors, self.record.line_bytes = firmware.line_errors, firmware.received_bytes
-        self.record.way_mm = self.vehicle.way_mm
+            self.trace.line_errors, self.trace.line_bytes = firmware.line_errors, firmware.received_bytes
+        self.trace.way_mm = self.vehicle.way_mm
 
     def _control(self, now_s):
         while self._waiting and self._waiting[0][0] <= now_s:
@@ -168,12 +168,12 @@ class Simulation:
         before = self.controller.state
         state = self.controller.step(int(1000 * STEP_S * _CONTROL_STEPS))
         if state != before:
-            self.record.behaviours.append((now_s, state))
+            self.trace.behaviours.append((now_s, state))
         if before == ALIGN and state == GO:
             marker_id = self.controller.left_id
             x, y, _ = self.field.markers.get(marker_id, (np.nan, np.nan, 0))
             pose = self.vehicle.pose
-            self.record.visits.append((now_s, marker_id, float(np.hypot(x - pose.x_mm, y - pose.y_mm))))
+            self.trace.visits.append((now_s, marker_id, float(np.hypot(x - pose.x_mm, y - pose.y_mm))))
 
     def _take_frame(self, firmware, index, now_s):
         field_ = self.field
@@ -190,10 +190,10 @@ class Simulation:
             if number == m.POSE:
                 reported = record
             elif number == m.MARKER:
-                self.record.ages_us.append(record.age_us)
+                self.trace.ages_us.append(record.age_us)
             elif number == m.STATUS:
-                self.record.faults = record.faults
-                self.record.fault_codes.update(code for code in (record.last_fault,) if code)
+                self.trace.faults = record.faults
+                self.trace.fault_codes.update(code for code in (record.last_fault,) if code)
         truths = [truth for truth in truths if truth.id is not None]
         frame = self._frame(now_s, pose, truths, reported)
         told = [record for number, _, record in messages if number == m.MARKER]
@@ -207,13 +207,13 @@ class Simulation:
             found = view.detect(picture)
             seen = [(NO_ID if one["id"] is None else one["id"], one["x"], one["y"]) for one in found]
             frame.sights[name] = judge(seen, places, _REACH_PX)
-        self.record.frames.append(frame)
+        self.trace.frames.append(frame)
         wire = frame.sights["wire"]
-        if (wire.wrong or wire.cut_wrong or wire.false) and len(self.record.suspects) < _MOST_SUSPECTS:
-            self.record.suspects.append((now_s, picture, "wrong" if wire.wrong else "border or false"))
+        if (wire.wrong or wire.cut_wrong or wire.false) and len(self.trace.suspects) < _MOST_SUSPECTS:
+            self.trace.suspects.append((now_s, picture, "wrong" if wire.wrong else "border or false"))
         caption = self.keep(self, index) if self.keep else None
         if caption:
-            self.record.pictures.append((now_s, picture, caption))
+            self.trace.pictures.append((now_s, picture, caption))
 
     def _is_whole(self, truth):
         """Whether the frame shows the whole outer ring and the orientation line to its end."""

@@ -82,7 +82,7 @@ def _sound(line):
     return line
 
 
-def read_records(path: StrPath) -> Iterator[dict[str, Any]]:
+def read_rows(path: StrPath) -> Iterator[dict[str, Any]]:
     """Yields the objects of a .jsonl log; damaged lines are left out and told. UserError where it is none."""
     damage = _Damage(path)
     for number, line in enumerate(files.lines(path), 1):
@@ -105,7 +105,7 @@ def read_pieces(path: StrPath) -> Generator[Piece]:
     Raises UserError when it cannot be read or holds nothing.
     """
     path = Path(path)
-    read = {".jsonl": read_records, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(_kind(path))
+    read = {".jsonl": read_rows, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(_kind(path))
     pieces = _pieces_of_records(path, read(path)) if read else _pieces_of_bytes(path)
     empty = True
     for piece in pieces:
@@ -219,7 +219,7 @@ def _pieces_of_bytes(path):
 
 def _times(path):
     """A function message -> its time by the log beside, None for those that are not there."""
-    records = read_records(path) if path.exists() else iter(())
+    records = read_rows(path) if path.exists() else iter(())
     waiting = None
 
     def time_of(message):
@@ -261,9 +261,10 @@ class Pacer:
             time.sleep(delay_s)
 
 
-class RecordedSource:
-    """A log as a source of bytes, like link.SerialSource, at the pace of a Pacer. `time_s` is when the bytes
-    that were read last had come, as far as the log tells."""
+class LogSource:
+    """A log as a source of bytes, like byte_sources.SerialSource, at the pace of a Pacer.
+
+    `time_s` is when the bytes that were read last had come, as far as the log tells."""
 
     live = False
 

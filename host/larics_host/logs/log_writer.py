@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MARKER_COLUMNS = Marker._fields
 
 
-class Recorder:
+class LogWriter:
     """PREFIX.csv: one row for each MARKER message; PREFIX.jsonl: one object for each message of any type;
     with raw=True PREFIX.bin: every byte as it came; with mcap=True PREFIX.mcap, see mcap_log. `time_s` counts
     from the start of the log. An ID that is none or uncertain is null, in the CSV nothing.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from larics_host.errors import UserError
-from larics_host.validation.scoring import FULLY_VISIBLE, Found, Tally, Truth, heading_error, match
+from larics_host.validation.scoring import FULLY_VISIBLE, Expected, Found, Tally, heading_error, match
 
 if TYPE_CHECKING:
     from larics_host import truth as truth_table
@@ -55,7 +55,7 @@ class Outcome:
         self.places.sort(key=lambda place: place.grade)
 
     def _add(self, name, markers, dicts):
-        truths = [Truth(t.id, t.x_px, t.y_px, t.heading_deg, t.radius_px, t.visible) for t in markers]
+        truths = [Expected(t.id, t.x_px, t.y_px, t.heading_deg, t.radius_px, t.visible) for t in markers]
         founds = _founds(dicts)
         self.tally.add(truths, founds, name)
         pairs = dict(match(truths, founds))
@@ -130,7 +130,7 @@ def compare(first: Outcome, second: Outcome) -> dict[str, Any]:
         a, b = (
             [Found(d["id"], d["x"], d["y"], d["heading"]) for d in o.by_frame[name]] for o in (first, second)
         )
-        near = [Truth(f.marker_id, f.x_px, f.y_px, f.heading_deg, 2.0, 1.0) for f in a]  # within 1 px
+        near = [Expected(f.marker_id, f.x_px, f.y_px, f.heading_deg, 2.0, 1.0) for f in a]  # within 1 px
         for i, j in match(near, b):
             apart_px.append(float(np.hypot(a[i].x_px - b[j].x_px, a[i].y_px - b[j].y_px)))
             ours, theirs = a[i].heading_deg, b[j].heading_deg

@@ -21,7 +21,7 @@ class Found(NamedTuple):
     flags: tuple = ()
 
 
-class Truth(NamedTuple):
+class Expected(NamedTuple):
     """The part of a rendered marker's truth that scoring needs."""
 
     marker_id: int | None
@@ -32,7 +32,7 @@ class Truth(NamedTuple):
     visible: float
 
 
-def match(truths: Sequence[Truth], founds: Sequence[Found]) -> list[tuple[int, int]]:
+def match(truths: Sequence[Expected], founds: Sequence[Found]) -> list[tuple[int, int]]:
     """Pairs (truth index, found index), nearest first, each used once, centres within half a radius."""
     distances = sorted(
         (np.hypot(found.x_px - truth.x_px, found.y_px - truth.y_px), i, j)
@@ -72,7 +72,7 @@ class Tally:
         self.wrongs: list[Hashable] = []
         self.false_keys: list[Hashable] = []
 
-    def add(self, truths: Sequence[Truth], founds: Sequence[Found], key: Hashable = None) -> None:
+    def add(self, truths: Sequence[Expected], founds: Sequence[Found], key: Hashable = None) -> None:
         """Scores one frame; `key` names it in the lists of failures."""
         self.frames += 1
         pairs = match(truths, founds)
