@@ -2,9 +2,11 @@
 
     python board_console.py DEVICE FLASH_IMAGE IDENTITY MICROPYTHON...
 
-Reads "on" and "off" from standard input, a line each, and answers "done". Off is a loss of power: the
-interpreter is killed. Ctrl-C on the line becomes the signal that interrupts it, for which it needs a session
-of its own; this program leads that session and so keeps the line while the power is off.
+Reads "on" and "off" from standard input, a line each, and answers each. Off is a loss of power: the
+interpreter is killed. "on" is answered by the mark that it put on the line, so that what the board said
+before, and what is still on its way, can be told from what it says after. Ctrl-C on the line becomes the
+signal that interrupts it, for which it needs a session of its own; this program leads that session and so
+keeps the line while the power is off.
 """
 
 import fcntl
@@ -27,11 +29,16 @@ class Power:
         self._board = None
         self._is_on = False
         self._changed = threading.Lock()
+        self._count = 0
 
     def on(self):
         self.off()
+        self._count += 1
+        mark = "[power on %d]" % self._count
+        os.write(self._line, b"\r\n%s\r\n" % mark.encode())
         self._is_on = True
         self._start()
+        return mark
 
     def off(self):
         with self._changed:
@@ -40,10 +47,12 @@ class Power:
                 self._board.kill()
                 self._board.wait()
         termios.tcflush(self._line, termios.TCIOFLUSH)
+        return "off"
 
-    def _start(self):
+    def _start(self, after=None):
+        """Starts the board; `after`: only if that one, which has reset itself, is still the last."""
         with self._changed:
-            if not self._is_on:
+            if not self._is_on or (after is not None and after is not self._board):
                 return
             self._board = subprocess.Popen(
                 self._command,
@@ -57,7 +66,7 @@ class Power:
 
     def _watch(self, board):
         if board.wait() == RESET:
-            self._start()
+            self._start(after=board)
 
 
 def main(device, image, identity, *interpreter):
@@ -70,8 +79,7 @@ def main(device, image, identity, *interpreter):
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # also for the interpreter, until it asks for it
     power = Power(line, [*interpreter, str(ROOT / "tests/board/fake_board.py"), image, identity])
     for order in sys.stdin:
-        getattr(power, order.strip())()
-        print("done", flush=True)
+        print(getattr(power, order.strip())(), flush=True)
     power.off()
 
 

@@ -12,6 +12,7 @@ import pytest
 from larics import __version__
 from larics_host import cli
 from larics_host.errors import UserError
+from tests.host.waiting import PATIENCE_S
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -129,7 +130,7 @@ def test_as_a_module_with_a_reader_that_leaves():
         env=dict(os.environ, PYTHONPATH=search),
         text=True,
     )
-    assert process.communicate(timeout=60) == ("larics %s\n" % __version__, "")
+    assert process.communicate(timeout=PATIENCE_S) == ("larics %s\n" % __version__, "")
     assert process.returncode == 0
 
 
@@ -157,7 +158,7 @@ def test_broken_pipe_is_quiet():
     process.stdout.close()
     said = process.stderr.read()
     process.stderr.close()
-    assert process.wait(timeout=60) == 141 and said == b""
+    assert process.wait(timeout=PATIENCE_S) == 141 and said == b""
 
 
 def test_a_package_that_is_missing_while_a_command_runs_is_one_line(command, capsys):

@@ -8,6 +8,7 @@ from larics.wire import messages as m
 from larics_host.connection.client import Client, Refused
 from larics_host.render import render_frame
 from tests.host.firmware_process import running_firmware
+from tests.host.waiting import PATIENCE_S
 
 FAST = ["--set", "baud=921600", "--set", "radius_min_px=25", "--set", "radius_max_px=36"]
 CALIBRATED = ["--set", "focal_q8=153600", "--set", "ceiling_mm10=30000"]
@@ -29,7 +30,7 @@ def everything(folder, *options):
     """All bytes that the firmware sends until the recording ends."""
     data = bytearray()
     with running_firmware(folder, *FAST, "--fps", "10", "--rounds", "2", *options) as (process, _, source):
-        end_s = time.monotonic() + 60
+        end_s = time.monotonic() + PATIENCE_S
         while time.monotonic() < end_s:
             piece = source.read()
             data += piece
@@ -78,7 +79,7 @@ def test_commands(recording):
     kinds = []
     with running_firmware(folder, *FAST, "--fps", "10", "--rounds", "0") as (_, _, source):
         client = Client(source, on_message=lambda number, _, values: kinds.append(number), timeout_s=1)
-        end_s = time.monotonic() + 30
+        end_s = time.monotonic() + PATIENCE_S
         while m.MARKER not in kinds and time.monotonic() < end_s:
             client.decoder.feed(piece := source.read(), len(piece))
         info = client.info()

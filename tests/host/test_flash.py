@@ -23,6 +23,7 @@ from larics_host.errors import UserError
 from larics_host.flash import build, install, ports
 from larics_host.flash.session import Session, SessionError
 from tests.host.test_dual import ROOT, interpreter
+from tests.host.waiting import PATIENCE_S
 from tools import make_package
 
 RT1062 = "OMVRT1060 32768 SDRAM"
@@ -57,28 +58,28 @@ class Board:
     def _order(self, word):
         self._console.stdin.write(word + "\n")
         self._console.stdin.flush()
-        assert self._console.stdout.readline() == "done\n"
+        return self._console.stdout.readline().strip()
 
     def power_on(self):
-        self._order("on")
+        """Returns what the line carries before anything that the board says from now on."""
+        return self._order("on").encode()
 
     def power_off(self):
         self._order("off")
 
     def close(self):
         self._console.stdin.close()
-        self._console.wait(timeout=10)
+        self._console.wait(timeout=PATIENCE_S)
         self._console.stdout.close()
 
     def boots(self):
-        """Restarts the board; what it says until a program has given its name."""
-        self.power_off()
+        """Restarts the board; what it says from then on until a program has given its name."""
         with serial.Serial(self.port, 115200, timeout=0.1) as console:
-            self.power_on()
-            data, end_s = b"", time.monotonic() + 15
-            while not re.search(rb"RT1062, \w+\s", data) and time.monotonic() < end_s:
+            power_on = self.power_on()
+            data, end_s = b"", time.monotonic() + PATIENCE_S
+            while not re.search(rb"RT1062, \w+\s", data.partition(power_on)[2]) and time.monotonic() < end_s:
                 data += console.read(512)
-        return data.decode("utf-8", "replace")
+        return data.partition(power_on)[2].decode("utf-8", "replace")
 
 
 @pytest.fixture
@@ -393,7 +394,10 @@ def test_package_json_is_that_of_its_generator_and_mip_installs_it(board, tmp_pa
         os.symlink(ROOT / folder, tmp_path / folder)
     mpremote = [sys.executable, "-m", "mpremote", "connect", board.port, "mip", "install", "--target"]
     result = subprocess.run(
-        [*mpremote, "/flash/lib", str(tmp_path / "package.json")], capture_output=True, text=True, timeout=120
+        [*mpremote, "/flash/lib", str(tmp_path / "package.json")],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
     )
     assert result.returncode == 0, result.stdout + result.stderr
     with Session(board.port) as session:

@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 
 import pytest
 
@@ -19,6 +18,7 @@ from larics_host.connection.receiver import Receiver
 from larics_host.logs.live_table import LiveTable, flag_text
 from larics_host.logs.log_reader import read_pieces
 from tests.host.test_dual import ROOT
+from tests.host.waiting import PATIENCE_S, Clock, wait_for_lines
 from wire_values import changed, message_values
 
 
@@ -60,15 +60,6 @@ def write_all(device, data):
     descriptor = os.open(device, os.O_WRONLY | os.O_NOCTTY)
     os.write(descriptor, data)
     os.close(descriptor)
-
-
-def wait_for_lines(path, count, limit_s=20):
-    end_s = time.monotonic() + limit_s
-    while time.monotonic() < end_s:
-        if path.exists() and len(path.read_text().splitlines()) >= count:
-            return
-        time.sleep(0.02)
-    raise AssertionError("%s never had %d lines" % (path, count))
 
 
 def rows(path):
@@ -146,7 +137,7 @@ def test_a_port_that_vanishes_keeps_what_came(tmp_path):
         write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(20)]))
         wait_for_lines(tmp_path / "run.csv", 21)
         cable.unplug()
-        _, err = process.communicate(timeout=20)
+        _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     assert len(err.splitlines()) == 1 and "vanished while reading" in err and "20 messages received" in err
     assert len(rows(tmp_path / "run.csv")) == 20
@@ -161,7 +152,7 @@ def test_ending_it_by_force_loses_nothing(tmp_path, number):
         write_all(cable.device_a, data)
         wait_for_lines(tmp_path / "run.csv", 31)
         process.send_signal(number)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=PATIENCE_S)
     assert len(rows(tmp_path / "run.csv")) == 30
     assert len((tmp_path / "run.jsonl").read_text().splitlines()) == 30
     assert (tmp_path / "run.bin").read_bytes() == data
@@ -169,17 +160,28 @@ def test_ending_it_by_force_loses_nothing(tmp_path, number):
         assert process.returncode == 0 and "30 messages received" in out and not err
 
 
-def test_seconds_end_it(tmp_path, capsys):
+def test_seconds_end_it(tmp_path, monkeypatch, capsys):
+    clock = Clock()
+    monkeypatch.setattr("larics_host.commands.log.time", clock)
+
+    def send():
+        try:
+            wait_for_lines(tmp_path / "run.csv", 1)  # the port is open, which drops what came before
+            write_all(cable.device_a, wire((m.MARKER, marker_values(1))))
+            clock.now_s = 29.0
+            wait_for_lines(tmp_path / "run.csv", 2)
+            write_all(cable.device_a, wire((m.MARKER, marker_values(2))))
+            wait_for_lines(tmp_path / "run.csv", 3)
+        finally:
+            clock.now_s = 30.1
+
     with PtyPair() as cable:
-        start_s = time.monotonic()
-        # opening a port drops what came before
-        sender = threading.Timer(0.2, write_all, (cable.device_a, wire((m.MARKER, marker_values(1)))))
+        sender = threading.Thread(target=send)
         sender.start()
-        code = cli.main(
-            ["log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--seconds", "0.5", "--quiet"]
-        )
-        assert code == 0 and 0.4 < time.monotonic() - start_s < 5
-    assert "1 message received" in capsys.readouterr().out
+        options = ("-o", str(tmp_path / "run"), "--seconds", "30", "--quiet")
+        assert cli.main(["log", "--port", cable.device_b, *options]) == 0
+        sender.join()
+    assert "2 messages received" in capsys.readouterr().out
 
 
 def test_live_view_shows_measures_and_health():

@@ -10,6 +10,7 @@ import pytest
 
 from larics.wire import messages as m
 from larics.wire.codec import Decoder
+from tests.host.waiting import PATIENCE_S
 from wire_values import message_values
 
 mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
@@ -91,7 +92,7 @@ def device(kind):
     script = DEVICE % (kind, MARKERS, POSES, STATUS)
     environment = dict(os.environ, MICROPYPATH="shared:.frozen")
     command = [*command, "-c", script]
-    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=60)
+    result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=PATIENCE_S)
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout
 

@@ -7,7 +7,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 
 import cv2
 import numpy as np
@@ -30,6 +29,7 @@ from tests.host.firmware_process import start_firmware
 from tests.host.plain_marker import plain_frame
 from tests.host.test_dual import ROOT
 from tests.host.test_log import marker_values, status_values, wire
+from tests.host.waiting import PATIENCE_S, wait_until
 from wire_values import changed, message_values
 
 # a camera at which a ring of 30 px hangs 1.5 m above the lens
@@ -153,13 +153,6 @@ def firmware(folder, marker_id=5, mirrored=False):
             process.communicate()
 
 
-def wait_until(condition, limit_s=20):
-    end_s = time.monotonic() + limit_s
-    while not condition():
-        assert time.monotonic() < end_s, "never came true"
-        time.sleep(0.05)
-
-
 @contextlib.contextmanager
 def monitored(source, rows=()):
     """(session, server) of a source, both running."""
@@ -244,7 +237,7 @@ def log(tmp_path):
 
 
 def request(server, path, method="GET", **headers):
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=PATIENCE_S)
     connection.request(method, path, headers=headers)
     return connection.getresponse()
 
@@ -274,7 +267,7 @@ def test_a_log_without_a_terminal(log, capsys):
 
 def test_a_live_port_without_a_terminal(tmp_path, capsys):
     with firmware(tmp_path) as (device, _):
-        assert cli.main(["monitor", "--port", device, "--seconds", "3"]) == 0
+        assert cli.main(["monitor", "--port", device, "--seconds", "6"]) == 0
     printed = capsys.readouterr().out
     assert "ID 5" in printed and "TRACKING" in printed and "map; " in printed
 
@@ -290,7 +283,7 @@ def test_in_a_terminal(log):
     with contextlib.suppress(OSError):
         while data := os.read(master, 65536):
             shown += data
-    assert process.wait(timeout=20) == 0 and b"ID 3" in shown and b"\x1b[" in shown
+    assert process.wait(timeout=PATIENCE_S) == 0 and b"ID 3" in shown and b"\x1b[" in shown
     os.close(master)
 
 

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 
 import pytest
 from hypothesis import given, settings
@@ -29,11 +28,11 @@ from tests.host.test_log import (
     marker_values,
     rows,
     status_values,
-    wait_for_lines,
     wire,
     write_all,
 )
 from tests.host.test_monitor import firmware
+from tests.host.waiting import PATIENCE_S, Clock, wait_for_lines, wait_until
 
 NOISE = b"\x07garbage\x00\x00"
 
@@ -62,7 +61,7 @@ def log(tmp_path, capsys):
 def replayed(*argv):
     command = [sys.executable, "-m", "larics_host", "replay", *map(str, argv)]
     environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
-    return subprocess.run(command, capture_output=True, env=environment, timeout=60)
+    return subprocess.run(command, capture_output=True, env=environment, timeout=PATIENCE_S)
 
 
 def test_raw_bytes_come_again_one_for_one(log):
@@ -119,7 +118,9 @@ def test_every_message_goes_to_json_and_back(data):
     assert wire_bytes(protocol.Encoder(), message.name, message.sequence, fields) == sent
 
 
-def test_the_original_pace(log, tmp_path):
+def test_the_original_pace(log, monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr("larics_host.logs.log_reader.time", clock)
     lines = log.with_suffix(".jsonl").read_text().splitlines()
     records = [dict(json.loads(line), time_s=5 + 0.03 * k) for k, line in enumerate(lines)]
     log.with_suffix(".jsonl").write_text("".join(json.dumps(record) + "\n" for record in records))
@@ -127,15 +128,14 @@ def test_the_original_pace(log, tmp_path):
         times = [piece.time_s for piece in read_pieces(log.with_suffix(suffix))]
         assert [time_s for time_s in times if time_s is not None] == [r["time_s"] for r in records]
     pacer = Pacer(2.0)
-    start_s = time.monotonic()
     for piece in read_pieces(log.with_suffix(".bin")):
         pacer.wait(piece)
-    assert 0.28 < time.monotonic() - start_s < 1.0
-    start_s = time.monotonic()
+    assert clock.now_s == pytest.approx(0.03 * (len(records) - 1) / 2)
+    clock.now_s = 0.0
     pacer = Pacer(1.0, baud=10000)
     for _ in range(4):
         pacer.wait(Piece(None, bytes(50)))
-    assert 0.19 < time.monotonic() - start_s < 0.6
+    assert clock.now_s == pytest.approx(4 * 50 * 10 / 10000)
 
 
 def test_over_a_pseudo_terminal_into_a_log(log, tmp_path):
@@ -143,9 +143,9 @@ def test_over_a_pseudo_terminal_into_a_log(log, tmp_path):
     device = replay.stdout.readline().split(":")[0]
     logging = larics("log", "--port", device, "-o", str(tmp_path / "again"), "--raw")
     try:
-        said, _ = replay.communicate(timeout=30)
+        said, _ = replay.communicate(timeout=PATIENCE_S)
         assert replay.returncode == 0 and "20 messages" in said
-        logging.communicate(timeout=30)  # the port goes with the replay
+        logging.communicate(timeout=PATIENCE_S)  # the port goes with the replay
     finally:
         replay.kill()
         logging.kill()
@@ -161,7 +161,7 @@ def test_over_a_serial_port(log, tmp_path):
         assert result.returncode == 0
         wait_for_lines(tmp_path / "again.csv", len(rows(log.with_suffix(".csv"))) + 1)
         logging.send_signal(signal.SIGINT)
-        logging.communicate(timeout=20)
+        logging.communicate(timeout=PATIENCE_S)
     assert (tmp_path / "again.bin").read_bytes() == messages()
 
 
@@ -170,7 +170,7 @@ def test_the_log_of_a_real_firmware_comes_again_byte_for_byte(tmp_path):
         logging = larics("log", "--port", device, "-o", str(tmp_path / "run"), "--raw", "--mcap")
         wait_for_lines(tmp_path / "run.csv", 60)
         logging.send_signal(signal.SIGINT)
-        said, _ = logging.communicate(timeout=20)
+        said, _ = logging.communicate(timeout=PATIENCE_S)
     assert logging.returncode == 0 and "0 lost, 0 damaged" in said
     raw = (tmp_path / "run.bin").read_bytes()
     assert replayed(tmp_path / "run.bin", "--stdout", "--fast").stdout == raw
@@ -199,22 +199,25 @@ def test_mcap_holds_every_message_with_its_schema(log):
         assert message.log_time - message.publish_time == 1000 * content.get("age_us", 0)
 
 
+def unfinished_frames(path):
+    """The frame numbers in an MCAP file that has no end yet."""
+    frames = []
+    with open(path, "rb") as file, pytest.raises(EndOfFile):
+        for _, _, message in NonSeekingReader(file).iter_messages(log_time_order=False):
+            frames.append(json.loads(message.data)["frame"])
+    return frames
+
+
 def test_nothing_is_lost_when_the_log_is_killed(tmp_path):
     with PtyPair() as cable:
         process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--mcap")
         wait_for_lines(tmp_path / "run.csv", 1)
         write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(30)]))
         wait_for_lines(tmp_path / "run.csv", 31)
-        time.sleep(0.1)
+        wait_until(lambda: len(unfinished_frames(tmp_path / "run.mcap")) == 30)
         process.kill()
-        process.communicate(timeout=20)
-    with open(tmp_path / "run.mcap", "rb") as file:
-        reader = NonSeekingReader(file)
-        frames = []
-        with pytest.raises(EndOfFile):  # there is no end of the file
-            for _, _, message in reader.iter_messages(log_time_order=False):
-                frames.append(json.loads(message.data)["frame"])
-    assert frames == list(range(30))
+        process.communicate(timeout=PATIENCE_S)
+    assert unfinished_frames(tmp_path / "run.mcap") == list(range(30))
     assert len(list(read_pieces(tmp_path / "run.mcap"))) == 30
     (tmp_path / "cut.jsonl").write_text((tmp_path / "run.jsonl").read_text()[:-9])
     assert len(list(read_pieces(tmp_path / "cut.jsonl"))) == 29
@@ -236,7 +239,7 @@ def test_a_port_that_returns(tmp_path):
         write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(5, 12)]))
         wait_for_lines(tmp_path / "run.csv", 13)
         process.send_signal(signal.SIGTERM)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0 and "12 messages received" in out and not err
     assert [int(row["frame"]) for row in rows(tmp_path / "run.csv")] == list(range(12))
 
