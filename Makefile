@@ -24,9 +24,9 @@ $(READY): requirements.txt pyproject.toml
 demo: $(READY)  ## a rendered drive through the firmware on MicroPython: table and picture
 	$(BIN)/python -m tools.demo $(DEMO)
 
-test: $(READY)  ## all tests: host, both interpreters, C parser
+test: $(READY)  ## all tests on all cores: host, both interpreters, C parser (TEST="-k flash" for some)
 	$(BIN)/ruff check .
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --cov -rs --durations=10 $(TEST)
 
 lint: $(READY)  ## style, format, import rules, types
 	$(BIN)/ruff check .

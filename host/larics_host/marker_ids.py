@@ -44,7 +44,7 @@ def parse_ids(texts: Iterable[str], family: str = "coded", allow_id0: bool = Fal
 
 def ranges_of(ids: Iterable[int]) -> str:
     """Ascending IDs as text, as short as `parse_ids` reads them: [1, 2, 3, 14, 15, 17] -> "1-3,14-17"."""
-    runs = []
+    runs: list[list[int]] = []
     for marker_id in sorted(ids):
         # a range may run over what no marker has
         if runs and not any(is_used(i) for i in range(runs[-1][1] + 1, marker_id)):

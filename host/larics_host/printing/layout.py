@@ -95,11 +95,11 @@ def content_side_mm(family: Family) -> float:
     return family.plate_mm10 / 5 + 2 * (CROP_GAP_MM + CROP_LENGTH_MM)
 
 
-def marker_content(family: Family, marker_id: int) -> list[Ring | Line | Text]:
+def marker_content(family: Family, marker_id: int) -> list[Ring | Arc | Line | Text]:
     """The marker in a square of `content_side_mm`: strokes, cut line of the plate, crop marks, small ID."""
     side = content_side_mm(family)
     middle, plate = side / 2, family.plate_mm10 / 10
-    items: list[Ring | Line | Text] = [Ring(middle, middle, plate, HAIRLINE_MM, grey=0.6, dash=2.0)]
+    items: list[Ring | Arc | Line | Text] = [Ring(middle, middle, plate, HAIRLINE_MM, grey=0.6, dash=2.0)]
     for kind, *values in family.strokes(marker_id):
         if kind == geometry.RING:
             radius, width = (value / 10 for value in values)
