@@ -46,13 +46,12 @@ class Disk:
     def __init__(self, path, blocks=4096):
         try:
             self.file = open(path, "r+b")
-            self.fresh = False
         except OSError:
-            with open(path, "wb") as file:
+            with open(path + ".new", "wb") as file:
                 for _ in range(blocks):
                     file.write(bytes(self.SIZE))
+            os.rename(path + ".new", path)  # whole, or not there: Ctrl-C may come at any time
             self.file = open(path, "r+b")
-            self.fresh = True
         self.blocks = os.stat(path)[6] // self.SIZE
 
     def readblocks(self, block, buffer):
@@ -156,9 +155,11 @@ def run(code, before):
 
 def main(image, identity):
     disk = Disk(image)
-    if disk.fresh:
+    try:
+        vfs.mount(vfs.VfsFat(disk), "/flash")
+    except OSError:  # new
         vfs.VfsFat.mkfs(disk)
-    vfs.mount(vfs.VfsFat(disk), "/flash")
+        vfs.mount(vfs.VfsFat(disk), "/flash")
     os.chdir("/flash")
     sys.path[:] = ["", "/flash", "/flash/lib", ".frozen", here + "/fakes"]
     omv.name = identity

@@ -20,6 +20,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 RESET = 42
+INTERRUPTED = 130  # Ctrl-C before the board's program could catch it, which no board ends on
 
 
 class Power:
@@ -65,8 +66,11 @@ class Power:
         threading.Thread(target=self._watch, args=(self._board,), daemon=True).start()
 
     def _watch(self, board):
-        if board.wait() == RESET:
+        code = board.wait()
+        if code in (RESET, INTERRUPTED):
             self._start(after=board)
+        elif code != -signal.SIGKILL:
+            print("the board's interpreter ended with %d" % code, file=sys.stderr, flush=True)
 
 
 def main(device, image, identity, *interpreter):

@@ -6,6 +6,8 @@ import pytest
 
 from larics_host.validation import scoring
 from larics_host.validation.scoring import Expected, Found, Tally
+
+pytest.importorskip("pupil_apriltags", reason="pupil_apriltags has no wheel for this Python")
 from tools.benchmark import evaluate, frames, interpreter, methods, page, plan, plots, report, targets
 
 TRUTH = Expected(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
