@@ -1,6 +1,7 @@
 """The published experiment again, in closed loop: tables, figures and what lies beyond it.
 
     python tools/reproduce.py [-o build/reproduce] [--on micropython|cpython] [--only NAME,NAME] [--seconds N]
+                              [--controller c|python]
 
 Drives the published field (three markers, 2.8 frames/s, 7 minutes, cloudy, sunny and double speed) with the
 firmware on MicroPython, shows the same frames to the published method, lets the published method drive as
@@ -53,7 +54,8 @@ def drive(name, driver, compare, args, folder):
         field.condition = replace(field.condition, seconds=args.seconds)
     keep = figures.keep_changes() if driver == "larics" else None
     began = time.monotonic()
-    record = Simulation(field, SEED, args.on, driver, compare, keep).run(_progress(name, driver))
+    simulation = Simulation(field, SEED, args.on, driver, compare, keep, args.controller)
+    record = simulation.run(_progress(name, driver))
     summary = field.condition.summary
     stem = folder / ("%s-%s" % (name, driver))
     plot = figures.path_figure(record, "%s; %s at the wheel" % (summary, _DRIVERS[driver]))
@@ -87,6 +89,7 @@ def main(argv=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", default="build/reproduce", metavar="DIR")
     parser.add_argument("--on", default="micropython", choices=("micropython", "cpython"))
+    parser.add_argument("--controller", default="c", choices=("c", "python"), help="what drives")
     parser.add_argument("--only", metavar="NAME,NAME", help="conditions: " + ", ".join(fields.CONDITIONS))
     parser.add_argument(
         "--seconds", type=float, metavar="S", help="length of every drive, instead of its own"

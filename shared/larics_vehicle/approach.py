@@ -5,12 +5,13 @@
     ALIGN    turn in place to the next direction: that of the route, or the marker's orientation line
     GO       drive on along that line until the next marker comes into view
     ARRIVED  the last marker of the route
-    HALT     nothing heard for too long, or stopped by hand: brake and wait
+    HALT     nothing heard for too long, held by the supervision, or stopped by hand: brake and wait
 
 Feed it the messages of the wire (`on_message` is what `protocol.Decoder` calls) and call `step` at a
 steady rate; it sets `speed_mm_s` (forward) and `turn_cdeg_s` (counterclockwise) for the wheels. Between
 messages what was seen is carried along by the commanded motion, so a slow camera will do. Speed, turn
-rate and both accelerations are limited; nothing is allocated.
+rate and both accelerations are limited; nothing is allocated. `firmware/vehicle/src/larics_drive.c` does the
+same in C, step by step.
 """
 
 from array import array
@@ -90,6 +91,9 @@ class Approach:
     center_mm10   the vehicle is below the marker within this distance
     align_cdeg    and turned to the next direction within this angle
     leg_mm        a leg longer than this without a marker ends in SEARCH
+
+    Set `is_held` to hold the vehicle in HALT for as long as the camera is not to be trusted, and `is_end`
+    when the marker reached is the last of a route that the vehicle keeps (a camera with a route tells it).
     """
 
     def __init__(
@@ -113,6 +117,7 @@ class Approach:
         self.leg_mm = leg_mm
         self.state = SEARCH
         self.stopped = False
+        self.is_held = False
         self.speed_mm_s = 0
         self.turn_cdeg_s = 0
         self.left_id = ID_NONE  # GO came from this marker
@@ -120,7 +125,7 @@ class Approach:
         self._behind = array("i", [ID_NONE, 0, 0, 0, _NEVER_MS])
         self._next_cdeg = 0
         self._next_ms = _NEVER_MS  # age of that
-        self._end = False  # the route ends at the marker reached
+        self.is_end = False  # the route ends at the marker reached
         self._silent_ms = _NEVER_MS
         self._way_um = 0  # driven since the state began, up to 1 km
         self._leg_cdeg = 0  # direction of the leg, from the orientation line of the marker left
@@ -180,7 +185,7 @@ class Approach:
         if values[_POSE_STATE] != TRACKING:
             return  # what is only predicted is not steered by: the wheels know better
         next_cdeg = values[_POSE_NEXT_CDEG]
-        self._end = values[_POSE_ROUTE_POSITION] != ROUTE_NONE and next_cdeg == DIRECTION_NONE
+        self.is_end = values[_POSE_ROUTE_POSITION] != ROUTE_NONE and next_cdeg == DIRECTION_NONE
         if next_cdeg != DIRECTION_NONE:
             self._next_cdeg = next_cdeg - self.turn_cdeg_s * self._frame_ms // 1000
             self._next_ms = 0
@@ -200,7 +205,7 @@ class Approach:
         """Sets speed_mm_s and turn_cdeg_s for the time until the next call; returns the state."""
         elapsed_ms = max(1, min(elapsed_ms, 1000))
         self._pass_time(elapsed_ms)
-        if self.stopped or self._silent_ms > 2 * self.stale_ms:
+        if self.stopped or self.is_held or self._silent_ms > 2 * self.stale_ms:
             self._enter(HALT)
         elif self.state == HALT:
             self._enter(SEARCH)
@@ -226,7 +231,7 @@ class Approach:
     def _pass_time(self, elapsed_ms):
         self._silent_ms = min(_NEVER_MS, self._silent_ms + elapsed_ms)
         self._next_ms = min(_NEVER_MS, self._next_ms + elapsed_ms)
-        self._next_cdeg -= self.turn_cdeg_s * elapsed_ms // 1000
+        self._next_cdeg = wrap_cdeg(self._next_cdeg - self.turn_cdeg_s * elapsed_ms // 1000)
         self._way_um = min(1000000000, self._way_um + abs(self.speed_mm_s) * elapsed_ms)
         self._carry(self._target, elapsed_ms)
         self._carry(self._behind, elapsed_ms)
@@ -279,7 +284,7 @@ class Approach:
         if abs(target[_X]) + abs(target[_Y]) > 4 * self.center_mm10:
             self._center(elapsed_ms)
             return
-        if self._end:
+        if self.is_end:
             self._enter(ARRIVED)
             self._drive(0, 0, elapsed_ms)
             return

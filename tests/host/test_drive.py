@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -11,13 +12,14 @@ from larics.settings import Settings
 from larics.wire import messages as m
 from larics_host import cli
 from larics_host.calibration import mounting
-from larics_host.drive import command, field, score
+from larics_host.drive import c_controller, command, field, score
 from larics_host.drive.firmware import Firmware
-from larics_host.drive.simulation import Frame, Sight, Trace, judge
+from larics_host.drive.simulation import Frame, Sight, Simulation, Trace, judge
 from larics_host.drive.vehicle import STEP_S, Drivetrain, Vehicle
 from larics_host.errors import UserError
 from larics_host.render.camera import Camera, Motion, Pose
 from larics_host.render.view import render_view
+from larics_vehicle.approach import CENTER
 from tests.host.camera_model import DEFAULT_MOUNTING, angle_difference, rotation
 
 SILENT = Drivetrain(bias=0.0, noise=0.0)
@@ -214,6 +216,7 @@ def test_a_short_drive(tmp_path):
         (["--condition", "rainy"], "unknown condition rainy"),
         (["--on", "jython"], "unknown interpreter jython"),
         (["--method", "guess"], "unknown method guess"),
+        (["--controller", "hand"], "unknown controller hand"),
         (["--seconds", "0"], "--seconds is 0"),
     ],
 )
@@ -221,6 +224,30 @@ def test_bad_input_is_one_line(arguments, words, tmp_path, capsys):
     assert cli.main(["simulate", "--drive", "loop", *arguments, "-o", str(tmp_path)]) == 2
     error = capsys.readouterr().err
     assert words in error and error.count("\n") == 1
+
+
+@pytest.mark.skipif(c_controller.compiler() is None, reason="no C compiler: apt-get install gcc")
+def test_the_c_library_drives_by_the_bytes_of_the_firmware():
+    """As the reference does, but that it waits for the first frame and not for the first word."""
+    drives = {}
+    for kind in ("c", "python"):
+        drawn = field.draw_field("steady", 1101)
+        drawn.condition = replace(drawn.condition, seconds=2.0)
+        simulation = Simulation(drawn, 1101, "cpython", controller=kind)
+        for _ in simulation.frames():
+            pass
+        drives[kind] = simulation.record.behaviours, simulation.record.frames[-1], simulation.record.halts
+    (c_states, c_last, halts), (python_states, python_last, _) = drives["c"], drives["python"]
+    assert [state for _, state in c_states][-1] == [state for _, state in python_states][-1] == CENTER
+    assert abs(c_last.x_mm - python_last.x_mm) < 20 and abs(c_last.heading_deg - python_last.heading_deg) < 5
+    assert set(halts) <= {"waiting", "stalled"} and sum(halts.values()) <= 2
+
+
+def test_no_c_compiler_is_one_line(monkeypatch):
+    c_controller.library.cache_clear()
+    monkeypatch.setattr(c_controller.shutil, "which", lambda name: None)
+    with pytest.raises(UserError, match="no C compiler: install gcc"):
+        c_controller.library()
 
 
 def test_no_interpreter_is_one_line(monkeypatch, tmp_path):

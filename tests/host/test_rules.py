@@ -36,6 +36,7 @@ def test_the_tree_keeps_the_rules():
 
 def test_tables_are_those_of_their_generator():
     assert make_tables.TARGET.read_text() == make_tables.source(), "run: python tools/make_tables.py"
+    assert make_tables.C_TARGET.read_text() == make_tables.c_source(), "run: python tools/make_tables.py"
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from larics_host.wording import counted
 
 METHODS = ("larics", "paper")
 INTERPRETERS = ("micropython", "cpython")
+CONTROLLERS = ("c", "python")
 # named here as well, for a quick --help; a test compares them with those of the field
 CONDITION_NAMES: tuple[str, ...] = (
     "cloudy",
@@ -36,6 +37,9 @@ def add_loop_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--condition", default="sunny", metavar="NAME", help=", ".join(CONDITION_NAMES))
     group.add_argument("--seconds", type=float, metavar="S", help="how long (that of the condition)")
     group.add_argument("--on", default="micropython", metavar="NAME", help="micropython, or cpython")
+    group.add_argument(
+        "--controller", default="c", metavar="NAME", help="at the wheel: c, the vehicle's library, or python"
+    )
     group.add_argument("--method", default="larics", metavar="NAME", help="what detects: larics, or paper")
 
 
@@ -45,6 +49,7 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
         (args.condition, CONDITION_NAMES, "condition"),
         (args.on, INTERPRETERS, "interpreter"),
         (args.method, METHODS, "method"),
+        (args.controller, CONTROLLERS, "controller"),
     ):
         if value not in known:
             raise UserError("unknown %s %s: choose from %s" % (what, value, ", ".join(known)))
@@ -65,7 +70,8 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
         field.condition = replace(field.condition, seconds=args.seconds)
     folder = Path(folder)
     expected = math.ceil(field.condition.seconds * field.condition.rate_hz)
-    simulation = Simulation(field, args.seed, args.on, args.method, keep=figures.keep_changes())
+    keep = figures.keep_changes()
+    simulation = Simulation(field, args.seed, args.on, args.method, keep=keep, controller=args.controller)
     for _ in watched(simulation.frames(), expected, quiet_stdout=True):
         pass
     trace = simulation.trace

@@ -84,6 +84,8 @@ class Firmware:
         self._frame_reported = -1
         self._patience_s, self._answer_s = start_s, answer_s
         self.received_bytes = 0
+        self.last_bytes = b""  # whole frames of the last exchange, as they came over the line
+        self._unread = bytearray()
 
     def _open_pipe(self, path):
         """Opens the pipe for writing as soon as the firmware reads it."""
@@ -131,10 +133,17 @@ class Firmware:
                 continue
             piece = os.read(self._master, 4096)
             self.received_bytes += len(piece)
+            self._unread += piece
             self._decoder.feed(piece, len(piece))
         self._patience_s = self._answer_s
         messages, self._messages = self._messages, []
+        end = self._unread.rfind(0) + 1
+        self.last_bytes, self._unread = bytes(self._unread[:end]), self._unread[end:]
         return messages
+
+    def send(self, data: bytes) -> None:
+        """What the vehicle sends to the camera."""
+        os.write(self._master, data)
 
     @property
     def line_errors(self) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from dataclasses import field as of
@@ -15,12 +16,13 @@ from larics.marker.detection import NO_ID
 from larics.wire import messages as m
 from larics.wire.codec import frame_size
 from larics_host.detection.camera_view import CameraView
+from larics_host.drive.c_controller import CController
 from larics_host.drive.field import Field
 from larics_host.drive.firmware import Firmware
 from larics_host.drive.vehicle import STEP_S, Vehicle
 from larics_host.render.series import generator
 from larics_host.render.view import render_view
-from larics_vehicle.approach import ALIGN, GO, Approach
+from larics_vehicle.approach import ALIGN, GO, HALT, Approach
 
 if TYPE_CHECKING:
     from larics_host.drive.field import Condition
@@ -83,23 +85,33 @@ class Trace:
     ages_us: list = of(default_factory=list)
     pictures: list = of(default_factory=list)  # (time, frame, caption) of those kept
     suspects: list = of(default_factory=list)  # the same of frames with a wrong or false ID on the wire
+    halts: Counter[str] = of(default_factory=Counter)  # what the supervision said at each step of a HALT
     behaviours: list = of(default_factory=list)  # (time, state) at each change
     way_mm: float = 0.0
 
 
-def wheel_controller(condition: Condition) -> Approach:
-    """The reference behaviour with the limits of a condition."""
+def wheel_limits(condition: Condition) -> dict[str, int]:
+    """The limits of the reference behaviour in a condition."""
     slow = condition.rate_hz < 10
-    return Approach(
-        speed_mm_s=int(condition.speed_mm_s),
-        accel_mm_s2=int(condition.accel_mm_s2),
-        turn_cdeg_s=3000 if slow else 9000,
-        turn_accel_cdeg_s2=6000 if slow else 27000,
-        stale_ms=1000 if slow else 500,
-        center_mm10=400 if slow else 300,
-        align_cdeg=200,
-        leg_mm=int(condition.side_mm * 1.25),
-    )
+    return {
+        "speed_mm_s": int(condition.speed_mm_s),
+        "accel_mm_s2": int(condition.accel_mm_s2),
+        "turn_cdeg_s": 3000 if slow else 9000,
+        "turn_accel_cdeg_s2": 6000 if slow else 27000,
+        "stale_ms": 1000 if slow else 500,
+        "center_mm10": 400 if slow else 300,
+        "align_cdeg": 200,
+        "leg_mm": int(condition.side_mm * 1.25),
+    }
+
+
+def wheel_controller(condition: Condition, kind: str = "c") -> Approach | CController:
+    """What drives in a condition: "c", the C library with its supervision, or "python", the reference."""
+    if kind == "python":
+        return Approach(**wheel_limits(condition))
+    period_ms = int(1000 / condition.rate_hz)
+    supervision = {"baud": BAUD, "buffer_bytes": 512, "silent_ms": 3000, "stalled_ms": 3 * period_ms + 200}
+    return CController(wheel_limits(condition), supervision)
 
 
 class Simulation:
@@ -108,6 +120,7 @@ class Simulation:
     interpreter    "micropython" or "cpython"; driver: the method that the firmware uses
     compare        methods that look at the same frames beside it, on this PC
     keep           function (simulation, frame index) -> caption to keep the picture, or None
+    controller     "c": the vehicle's C library, which reads the firmware's bytes; "python": the reference
     """
 
     def __init__(
@@ -118,16 +131,18 @@ class Simulation:
         driver: str = "larics",
         compare: Sequence[str] = (),
         keep: Callable[..., str | None] | None = None,
+        controller: str = "c",
     ) -> None:
         self.field, self.keep = field_, keep
         self.trace = Trace(field_)
         self.vehicle = Vehicle(field_.start, generator("wheels-" + field_.name, seed))
-        self.controller = wheel_controller(field_.condition)
+        self.controller = wheel_controller(field_.condition, controller)
         size = (field_.camera.width, field_.camera.height)
         self._methods = {name: CameraView(dict(field_.settings, method=name), *size) for name in compare}
         self._firmware = (dict(field_.settings, method=driver), interpreter)
-        # (time of arrival, type, sequence, record)
+        # (time of arrival, type, sequence, record), and the same as bytes of the line
         self._waiting: list[tuple[float, int, int, Any]] = []
+        self._line: list[tuple[float, bytes]] = []
 
     def run(self, on_frame: Callable[[Trace], object] | None = None) -> Trace:
         """The whole drive; on_frame is called with the Trace after each frame."""
@@ -162,11 +177,21 @@ class Simulation:
         self.trace.way_mm = self.vehicle.way_mm
 
     def _control(self, now_s):
-        while self._waiting and self._waiting[0][0] <= now_s:
-            _, number, sequence, record = self._waiting.pop(0)
-            self.controller.on_message(number, sequence, record)
-        before = self.controller.state
-        state = self.controller.step(int(1000 * STEP_S * _CONTROL_STEPS))
+        before, elapsed_ms = self.controller.state, int(1000 * STEP_S * _CONTROL_STEPS)
+        if isinstance(self.controller, CController):
+            data = b""
+            while self._line and self._line[0][0] <= now_s:
+                data += self._line.pop(0)[1]
+            now_ms = round(now_s * 1000)
+            self.controller.receive(data, now_ms)
+            state = self.controller.step(elapsed_ms, now_ms)
+            if state == HALT:
+                self.record.halts[self.controller.camera_state] += 1
+        else:
+            while self._waiting and self._waiting[0][0] <= now_s:
+                _, number, sequence, record = self._waiting.pop(0)
+                self.controller.on_message(number, sequence, record)
+            state = self.controller.step(elapsed_ms)
         if state != before:
             self.trace.behaviours.append((now_s, state))
         if before == ALIGN and state == GO:
@@ -182,6 +207,10 @@ class Simulation:
             field_.scene, pose, motion, field_.camera, field_.light(now_s), field_.noise
         )
         messages = firmware.exchange(picture, index, int(now_s * 1e6))
+        arrives_s = now_s + LATENCY_S
+        for frame_bytes in firmware.last_bytes.split(b"\0")[:-1]:
+            arrives_s += (len(frame_bytes) + 1) * 10 / BAUD
+            self._line.append((arrives_s, frame_bytes + b"\0"))
         arrives_s = now_s + LATENCY_S
         reported = None
         for number, sequence, record in messages:

@@ -180,6 +180,7 @@ class Route:
                 way = cost[origin] + (back - 1) * MISSED_COST + (0 if fits else MISREAD_COST)
                 if way < cheapest:
                     cheapest = way
+            cheapest = min(cheapest, _MOST)
             after[k] = cheapest
             if cheapest < least:
                 least = cheapest
