@@ -21,7 +21,7 @@ SOURCES = sorted(LIBRARY.glob("*.c"))
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion"]
 SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 CORES = ("cortex-m0", "cortex-m4", "cortex-m7", "cortex-m55")
-MOST_CODE = 6144
+MOST_CODE = 12288
 
 
 def build(sources, program, *flags, compiler="gcc"):

@@ -402,7 +402,7 @@ uint32_t larics_marker_age_ms(const larics_supervisor *camera, uint32_t now_ms)
 
 uint32_t larics_pose_age_ms(const larics_supervisor *camera, uint32_t now_ms)
 {
-    uint32_t age_us = camera->pose.marker_age_ms * 1000u;
+    uint32_t age_us = (uint32_t)camera->pose.marker_age_ms * 1000u;
     if (!camera->has_pose) return LARICS_NEVER;
     if (camera->pose.state == LARICS_CARRIED) age_us = camera->pose.age_us;
     return age_ms(camera->pose_ms, age_us, camera->pose_line_ms, now_ms);
