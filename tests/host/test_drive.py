@@ -236,7 +236,7 @@ def test_the_c_library_drives_by_the_bytes_of_the_firmware():
         simulation = Simulation(drawn, 1101, "cpython", controller=kind)
         for _ in simulation.frames():
             pass
-        drives[kind] = simulation.record.behaviours, simulation.record.frames[-1], simulation.record.halts
+        drives[kind] = simulation.trace.behaviours, simulation.trace.frames[-1], simulation.trace.halts
     (c_states, c_last, halts), (python_states, python_last, _) = drives["c"], drives["python"]
     assert [state for _, state in c_states][-1] == [state for _, state in python_states][-1] == CENTER
     assert abs(c_last.x_mm - python_last.x_mm) < 20 and abs(c_last.heading_deg - python_last.heading_deg) < 5

@@ -186,7 +186,7 @@ class Simulation:
             self.controller.receive(data, now_ms)
             state = self.controller.step(elapsed_ms, now_ms)
             if state == HALT:
-                self.record.halts[self.controller.camera_state] += 1
+                self.trace.halts[self.controller.camera_state] += 1
         else:
             while self._waiting and self._waiting[0][0] <= now_s:
                 _, number, sequence, record = self._waiting.pop(0)
