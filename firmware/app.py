@@ -52,7 +52,8 @@ class App:
         self.parts = Parts(settings, camera, self.faults, detector)
         self.actions = Actions(camera, settings, self.parts, self.faults, keeper, board, unique_id)
         raw = RawSender()
-        self.commands = Commands(settings, raw, self.actions, boot)
+        uptime = Uptime()
+        self.commands = Commands(settings, raw, self.actions, boot, uptime)
         self.decoder = Decoder(self.commands.on_message)
         self.line = SerialLine(uart, self.decoder.feed)
         self.encoder = Encoder(clamp=True)  # a device reports the nearest value rather than nothing

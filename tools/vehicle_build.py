@@ -75,6 +75,8 @@ def corpus(count, seed=1):
     for _ in range(count):
         number = generator.choice(types)
         values = random_values(generator, number)
+        if number in (protocol.INFO, protocol.STATUS):
+            values[[field[0] for field in protocol.fields(number)].index("boot")] = 7
         sent.append((number, encoder.sequence, values))
         size = encoder.encode(number, values)
         data += encoder.buffer[:size]
@@ -183,13 +185,13 @@ int main(int argc, char **argv)
         while ((byte = getchar()) != EOF)
             if (larics_decode(&d, (uint8_t)byte)) show(&d.message);
         fprintf(stderr, "messages=%%lu crc=%%lu cobs=%%lu length=%%lu version=%%lu unknown=%%lu "
-                "over_long=%%lu empty=%%lu out_of_range=%%lu gaps=%%lu repeats=%%lu\n",
+                "over_long=%%lu empty=%%lu out_of_range=%%lu gaps=%%lu repeats=%%lu restarts=%%lu\n",
                 (unsigned long)d.counters.messages, (unsigned long)d.counters.crc,
                 (unsigned long)d.counters.cobs, (unsigned long)d.counters.length,
                 (unsigned long)d.counters.version, (unsigned long)d.counters.unknown,
                 (unsigned long)d.counters.over_long, (unsigned long)d.counters.empty,
                 (unsigned long)d.counters.out_of_range, (unsigned long)d.counters.gaps,
-                (unsigned long)d.counters.repeats);
+                (unsigned long)d.counters.repeats, (unsigned long)d.counters.restarts);
         return 0;
     }
     while (scanf("%%d", &type) == 1) {

@@ -1,6 +1,7 @@
 """Commands: answered with their token, carried out once, refused with a reason; raw frames in chunks."""
 
 from larics.device.commands import Commands
+from larics.device.outbox import Uptime
 from larics.device.raw_frame import RawSender
 from larics.settings import FIELDS, Settings, field
 from larics.wire import codec as p
@@ -38,12 +39,15 @@ class Bench:
         self.actions = Actions()
         self.settings = Settings()
         self.raw = RawSender()
-        self.commands = Commands(self.settings, self.raw, self.actions, BOOT)
+        self.uptime = Uptime()
+        self.commands = Commands(self.settings, self.raw, self.actions, BOOT, self.uptime)
+        self.sequence = 65530
 
     def ask(self, number, *values):
         """Sends a command; returns every message that comes back as (type, values)."""
         assert len(values) == len(p.fields(number))
-        self.commands.on_message(number, 0, list(values))
+        self.commands.on_message(number, self.sequence, list(values))
+        self.sequence = (self.sequence + 1) & 0xFFFF
         return self.answers()
 
     def answers(self):
@@ -165,6 +169,40 @@ def test_retries_are_carried_out_once():
     for token in range(10, 30):  # what is remembered does not grow
         bench.set(token, "rate_divider", [token])
     assert bench.set(29, "rate_divider", [29]) == [ack(29, m.SET_SETTING)]
+
+
+def test_a_requester_that_starts_anew_is_not_answered_from_memory():
+    bench = Bench()
+    bench.sequence = 0
+    for _ in range(2):
+        assert bench.set(1, "rate_divider", [3]) == [ack(1, m.SET_SETTING)]
+    assert bench.set(2, "rate_divider", [5]) == [ack(2, m.SET_SETTING)]
+    assert bench.ask(m.SAVE_SETTINGS, 3) == [ack(3, m.SAVE_SETTINGS)]
+    route = list(range(1, 21))
+    bench.set(4, "route", route, 0)
+    bench.sequence = 0  # it has restarted, and draws the same tokens
+    assert bench.set(1, "rate_divider", [3]) == [ack(1, m.SET_SETTING)]
+    assert bench.settings.rate_divider == 3
+    assert bench.ask(m.SAVE_SETTINGS, 3) == [ack(3, m.SAVE_SETTINGS)] and bench.actions.saves == 2
+    assert bench.set(4, "rate_divider", [7]) == [ack(4, m.SET_SETTING)]  # no NACK_TOKEN either
+    assert bench.set(5, "route", route, 8)[0][1] == nack(5, m.SET_SETTING, m.NACK_LIST_ORDER, 60)[1]
+
+
+def test_odometry_numbers_the_same_requester():
+    bench = Bench()
+    assert bench.ask(m.SAVE_SETTINGS, 3) == [ack(3, m.SAVE_SETTINGS)]
+    for _ in range(70000):
+        bench.commands.on_message(m.ODOMETRY, bench.sequence, message_values(m.ODOMETRY))
+        bench.sequence = (bench.sequence + 1) & 0xFFFF
+    assert bench.ask(m.SAVE_SETTINGS, 3) == [ack(3, m.SAVE_SETTINGS)] and bench.actions.saves == 1
+
+
+def test_an_answer_is_remembered_for_half_a_minute():
+    bench = Bench()
+    for s, saves in ((0, 1), (30, 1), (31, 2), (61, 2), (62, 3)):
+        bench.uptime.s = s
+        assert bench.ask(m.SAVE_SETTINGS, 1) == [ack(1, m.SAVE_SETTINGS)]
+        assert bench.actions.saves == saves, s
 
 
 def test_restart_needs_the_current_boot_number():

@@ -6,7 +6,7 @@ from binascii import crc32
 from larics.kernels import crc as kernel
 from larics.wire import codec as p
 from larics.wire import framing
-from wire_values import at, named
+from wire_values import at, changed, named
 
 try:
     from micropython import heap_lock, heap_unlock
@@ -83,6 +83,8 @@ def stream(count, seed=1):
     for _ in range(count):
         number = types[random.below(len(types))]
         values = values_of(number, lambda low, high: low + random.below(high - low + 1))
+        if number == p.INFO or number == p.STATUS:
+            values = changed(number, values, boot=7)
         messages.append((number, encoder.sequence, values))
         size = encoder.encode(number, values)
         data += bytes(encoder.buffer[:size])
@@ -101,7 +103,7 @@ def test_every_type_at_its_limits():
             assert encoder.buffer.find(b"\0") == size - 1
             sink.feed(bytes(encoder.buffer[:size]))
             assert sink.messages[-1] == (number, sequence, values)
-    assert sink.counts() == {"messages": 2 * len(numbers())}
+    assert sink.counts() == {"messages": 2 * len(numbers()), "restarts": 3}  # boot 0, 65535, 0, 65535
 
 
 def test_values_out_of_range_are_refused_and_send_nothing():
@@ -232,6 +234,46 @@ def test_gaps_and_repeats_are_counted():
         sink.feed(frames[k])
     assert sink.counts() == {"messages": 6, "gaps": 3, "repeats": 1}
     assert [sequence for _, sequence, _ in sink.messages] == [65533, 65534, 1, 2, 2, 4]
+
+
+def numbered(encoder, sequence, boot=None):
+    """A PING with this number, or a STATUS that tells its boot number."""
+    encoder.sequence = sequence & 0xFFFF
+    if boot is None:
+        return bytes(encoder.buffer[: encoder.encode(p.PING, [1])])
+    values = changed(p.STATUS, values_of(p.STATUS, lambda low, high: low), boot=boot)
+    return bytes(encoder.buffer[: encoder.encode(p.STATUS, values)])
+
+
+def counted(*steps):
+    """The counters after messages of (sequence) or (sequence, boot)."""
+    sink, encoder = Sink(), p.Encoder()
+    for step in steps:
+        sink.feed(numbered(encoder, *step))
+    found = sink.counts()
+    assert found.pop("messages") == len(steps)
+    return found
+
+
+def test_a_sender_that_begins_anew_lost_nothing():
+    assert counted((500,), (0,), (1,)) == {"restarts": 1}
+    assert counted((100, 7), (101,), (0, 8), (1,)) == {"restarts": 1}
+    # from a high number the step looks like a gap until the boot number is heard
+    assert counted((60000, 7), (3,)) == {"gaps": 5538}
+    assert counted((60000, 7), (3,), (4, 8), (5,)) == {"restarts": 1}
+    assert counted((60000, 7), (60005,), (3,), (4, 8), (6,)) == {"restarts": 1, "gaps": 5}
+    assert counted((60000, 7), (3,), (4, 7)) == {"gaps": 5538}
+    # the port was closed for long and the sender went on: no restart
+    assert counted((100, 7), (50000,), (50001, 7)) == {"gaps": 49899}
+    assert counted((100, 7), (50000,), (50001, 8)) == {"restarts": 1}
+    assert counted((100, 7), (101, 8), (102, 9)) == {"restarts": 2}
+
+
+def test_messages_that_overtake_each_other_are_not_missing():
+    assert counted((5,), (7,), (6,), (8,)) == {}
+    assert counted((65534,), (0,), (65535,), (1,)) == {}
+    assert counted((5,), (13,), (6,), (14,)) == {"gaps": 6}
+    assert counted((5,), (14,), (6,), (7,)) == {"gaps": 8, "restarts": 1}
 
 
 def test_damage_never_makes_a_message():

@@ -5,12 +5,12 @@ import random
 import pytest
 
 from larics.device.commands import Commands
-from larics.device.outbox import Outbox
+from larics.device.outbox import Outbox, Uptime
 from larics.device.raw_frame import RawSender
 from larics.settings import Settings
 from larics.wire import messages as m
 from larics.wire.codec import Decoder, Encoder
-from larics_host.connection.client import Client, NoAnswer, Refused
+from larics_host.connection.client import Client, NoAnswer, Refused, Restarted
 from larics_host.errors import UserError
 from wire_values import at, message_values
 
@@ -26,7 +26,8 @@ class Camera:
         self.settings = Settings()
         self.saved = self.copies = 0
         self.raw = RawSender()
-        self.commands = Commands(self.settings, self.raw, self, boot=77)
+        self.uptime = Uptime()
+        self.commands = Commands(self.settings, self.raw, self, 77, self.uptime)
         self.decoder = Decoder(self.commands.on_message)
         self.outbox = Outbox(self, Encoder(True), (self.commands, self.raw), baud, lambda new, old: new - old)
         self.line = bytearray()
@@ -132,6 +133,40 @@ def test_silence_ends_with_an_error():
     with pytest.raises(NoAnswer, match="no answer to PING after 3 tries"):
         client.ping()
     assert camera.now_us < 1_000_000
+
+
+def test_a_restart_of_the_camera_between_two_parts_is_told():
+    camera = Camera()
+    client = camera.client()
+    client.info()
+    carry_out = camera.commands.on_message
+    parts = []
+
+    def on_message(number, sequence, values):
+        if number == m.SET_SETTING:
+            parts.append(values)
+            if len(parts) == 2:  # power lost and back: another boot, the settings as they were
+                camera.commands = Commands(Settings(), camera.raw, camera, 78, camera.uptime)
+                camera.outbox._answers = camera.commands
+                camera.commands.announce()
+                return
+        carry_out(number, sequence, values)
+
+    camera.decoder._on_message = on_message
+    with pytest.raises(Restarted, match="restarted meanwhile: what was not saved is lost"):
+        client.set("route", [k % 7 + 1 for k in range(50)])
+    assert len(parts) == 2
+
+
+def test_the_sequence_of_each_client_begins_anew():
+    """Two programs, one after the other, that happen to draw the same tokens."""
+    camera = Camera()
+    for saved in (1, 2):
+        client = camera.client()
+        client._token = 40000
+        client.ping()
+        client.save()
+        assert camera.saved == saved
 
 
 def test_a_raw_transfer_that_stalls_ends_with_an_error():

@@ -241,13 +241,13 @@ int main(int argc, char **argv)
         printf("fresh=%llu stale=%llu unfit=%llu challenges=%llu\n", (unsigned long long)fresh,
                (unsigned long long)stale, (unsigned long long)unfit, (unsigned long long)challenges);
     printf("messages=%lu crc=%lu cobs=%lu length=%lu version=%lu unknown=%lu over_long=%lu empty=%lu "
-           "out_of_range=%lu gaps=%lu repeats=%lu\n",
+           "out_of_range=%lu gaps=%lu repeats=%lu restarts=%lu\n",
            (unsigned long)decoder.counters.messages, (unsigned long)decoder.counters.crc,
            (unsigned long)decoder.counters.cobs, (unsigned long)decoder.counters.length,
            (unsigned long)decoder.counters.version, (unsigned long)decoder.counters.unknown,
            (unsigned long)decoder.counters.over_long, (unsigned long)decoder.counters.empty,
            (unsigned long)decoder.counters.out_of_range, (unsigned long)decoder.counters.gaps,
-           (unsigned long)decoder.counters.repeats);
+           (unsigned long)decoder.counters.repeats, (unsigned long)decoder.counters.restarts);
     free(corpus);
     return 0;
 }

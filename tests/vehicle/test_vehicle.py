@@ -9,7 +9,9 @@ import pytest
 import larics
 from larics.wire import framing
 from larics.wire.codec import Counters, Decoder, Encoder, fields
-from recorded import Stream
+from larics.wire.messages import COUNT_MAX, INFO, PING, STATUS
+from recorded import Stream, message
+from test_golden_wire import GOLDEN, golden_sequence, golden_values
 from tools import make_protocol, vehicle_build
 from tools.vehicle_build import LIBRARY, ROOT, SANITIZE, build, corpus
 
@@ -67,6 +69,13 @@ def test_python_to_c(programs):
     messages, found = in_c(programs["exchange"], data)
     assert messages == sent
     assert found == dict.fromkeys(Counters.NAMES, 0) | {"messages": 3000}
+
+
+def test_golden_bytes_in_c(programs):
+    data = b"".join(bytes.fromhex(text) for text in GOLDEN.values())
+    numbers = [number for _, number, _, _ in make_protocol.messages.MESSAGES]
+    expected = [(number, golden_sequence(number), golden_values(number)) for number in numbers]
+    assert in_c(programs["exchange"], data)[0] == expected
 
 
 def test_c_to_python(programs):
@@ -153,6 +162,59 @@ def test_other_versions_types_and_ranges_alike(programs):
     assert (c_messages, c_counts) == in_python(data)
     for name in ("messages", "version", "unknown", "length", "out_of_range"):
         assert c_counts[name] > 100
+
+
+def test_both_count_the_same_losses_and_restarts(programs):
+    """Sequences that jump, go back, swap, and boot numbers that change or do not."""
+    generator = random.Random(8)
+    encoder = Encoder()
+    for _ in range(60):
+        data, boot = b"", generator.randrange(3)
+        for _ in range(40):
+            step = generator.choice((1, 1, 1, 0, 2, 7, -1, -7, -8, -9, 300, 30000, 33000, -300))
+            encoder.sequence = (encoder.sequence + step - 1) & 0xFFFF
+            if generator.random() < 0.1:
+                encoder.sequence, boot = generator.randrange(4), generator.randrange(3)
+            number = generator.choice((INFO, STATUS, PING))
+            values = message(number, **({} if number == PING else {"boot": boot}))
+            data += bytes(encoder.buffer[: encoder.encode(number, values)])
+        assert in_c(programs["exchange"], data)[1] == in_python(data)[1]
+
+
+def test_counters_wrap_where_those_of_python_do(tmp_path):
+    source = tmp_path / "wrap.c"
+    source.write_text(WRAP)
+    program = build([source], tmp_path / "wrap", *SANITIZE)
+    encoder = Encoder()
+    data = bytes(encoder.buffer[: encoder.encode(PING, [1])])
+    encoder.sequence = 10
+    data += bytes(encoder.buffer[: encoder.encode(PING, [1])]) + b"\0"
+    decoder = Decoder(lambda *_: None)
+    for name in Counters.NAMES:
+        setattr(decoder.counters, name, COUNT_MAX)
+    decoder.feed(data, len(data))
+    found = [int(word) for word in run(program, data=data).stdout.split()]
+    assert found == list(decoder.counters.as_dict().values())
+    assert decoder.counters.messages == 1 and decoder.counters.gaps == 8 and decoder.counters.empty == 0
+
+
+WRAP = """
+#include <stdio.h>
+#include "larics.h"
+
+int main(void)
+{
+    static larics_decoder d;
+    uint32_t *counters = (uint32_t *)&d.counters;
+    size_t count = sizeof d.counters / sizeof *counters;
+    int byte;
+    larics_decoder_init(&d);
+    for (size_t k = 0; k < count; k++) counters[k] = LARICS_COUNT_MAX;
+    while ((byte = getchar()) != EOF) larics_decode(&d, (uint8_t)byte);
+    for (size_t k = 0; k < count; k++) printf("%lu ", (unsigned long)counters[k]);
+    return 0;
+}
+"""
 
 
 def test_mutated_streams_in_c(programs, tmp_path):

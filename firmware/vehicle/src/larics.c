@@ -214,6 +214,7 @@ static const range ranges[] LARICS_IN_FLASH = {
 
 #define HEADER 4
 #define CRC_SIZE 4
+#define LATE 8u /* a number that goes back by less is a message that was overtaken */
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
 enum { START, INSIDE, TOO_LONG };
@@ -349,17 +350,56 @@ void larics_decoder_init(larics_decoder *decoder)
     memset(decoder, 0, sizeof *decoder);
 }
 
+static void count(uint32_t *counter, uint32_t more)
+{
+    *counter = (*counter + more) & LARICS_COUNT_MAX;
+}
+
 static void count_gap(larics_decoder *decoder, uint16_t sequence)
 {
-    uint16_t missing = (uint16_t)(sequence - decoder->sequence - 1u);
-    if (decoder->has_sequence) {
-        if (missing == 0xFFFFu)
-            decoder->counters.repeats++;
-        else
-            decoder->counters.gaps += missing;
-    }
+    larics_counters *counters = &decoder->counters;
+    uint16_t last = decoder->sequence, step = (uint16_t)(sequence - last);
     decoder->sequence = sequence;
-    decoder->has_sequence = 1;
+    if (!decoder->has_sequence) {
+        decoder->has_sequence = 1;
+    } else if (step == 0) {
+        count(&counters->repeats, 1);
+    } else if (step > 0x10000u - LATE) {
+        decoder->sequence = last;
+        if (counters->gaps) counters->gaps--; /* it was counted as missing */
+    } else if (step > 0x7FFFu) {
+        count(&counters->restarts, 1);
+        decoder->doubtful = (uint16_t)(step - 1u);
+        decoder->went_back = 1;
+    } else {
+        count(&counters->gaps, step - 1u);
+        if (sequence < last) {
+            decoder->doubtful = (uint16_t)(step - 1u);
+            decoder->went_back = 0;
+        }
+    }
+}
+
+/* A message told the boot number of its sender: what was a restart, and what only looked like one. */
+static void hear_boot(larics_decoder *decoder, uint16_t boot, uint16_t sequence)
+{
+    larics_counters *counters = &decoder->counters;
+    if (decoder->has_boot && boot == decoder->boot) {
+        if (decoder->went_back) {
+            count(&counters->restarts, LARICS_COUNT_MAX); /* one less */
+            count(&counters->gaps, decoder->doubtful);
+        }
+    } else if (decoder->has_boot) {
+        decoder->sequence = sequence;
+        if (!decoder->went_back) {
+            count(&counters->restarts, 1);
+            count(&counters->gaps, LARICS_COUNT_MAX + 1u - decoder->doubtful);
+        }
+    }
+    decoder->boot = boot;
+    decoder->has_boot = 1;
+    decoder->doubtful = 0;
+    decoder->went_back = 0;
 }
 
 /* A 0 has come: judges what came before it. */
@@ -368,32 +408,36 @@ static int finish(larics_decoder *decoder)
     larics_counters *counters = &decoder->counters;
     const uint8_t *bytes = decoder->buffer;
     size_t end = (size_t)decoder->size - CRC_SIZE;
+    uint16_t sequence;
     layout type;
 
     if (decoder->state == START) {
-        counters->empty++;
+        count(&counters->empty, 1);
     } else if (decoder->state == TOO_LONG) {
-        counters->over_long++;
+        count(&counters->over_long, 1);
     } else if (decoder->left) {
-        counters->cobs++;
+        count(&counters->cobs, 1);
     } else if (decoder->size < HEADER + CRC_SIZE) {
-        counters->length++;
+        count(&counters->length, 1);
     } else if (get32(bytes + end) != crc32(bytes, end)) {
-        counters->crc++;
+        count(&counters->crc, 1);
     } else if (bytes[0] != LARICS_VERSION) {
-        counters->version++;
+        count(&counters->version, 1);
     } else {
-        count_gap(decoder, (uint16_t)(bytes[2] | (uint16_t)bytes[3] << 8));
+        sequence = (uint16_t)(bytes[2] | (uint16_t)bytes[3] << 8);
+        count_gap(decoder, sequence);
         if (!find_layout(bytes[1], &type)) {
-            counters->unknown++;
+            count(&counters->unknown, 1);
         } else if (end != (size_t)HEADER + type.size) {
-            counters->length++;
+            count(&counters->length, 1);
         } else if (!unpack(&type, bytes + HEADER, (uint8_t *)&decoder->message.as)) {
-            counters->out_of_range++;
+            count(&counters->out_of_range, 1);
         } else {
-            counters->messages++;
+            count(&counters->messages, 1);
             decoder->message.type = bytes[1];
-            decoder->message.sequence = decoder->sequence;
+            decoder->message.sequence = sequence;
+            if (bytes[1] == LARICS_INFO) hear_boot(decoder, decoder->message.as.info.boot, sequence);
+            if (bytes[1] == LARICS_STATUS) hear_boot(decoder, decoder->message.as.status.boot, sequence);
             return 1;
         }
     }

@@ -404,13 +404,18 @@ typedef struct {
     uint32_t out_of_range; /* a field outside its range */
     uint32_t gaps;         /* messages missing by their sequence numbers */
     uint32_t repeats;      /* the number before once more */
+    uint32_t restarts;     /* times that the sender began to count anew */
 } larics_counters;
 
 typedef struct {
     larics_counters counters;
     larics_message message; /* valid after larics_decode returned 1, until its next call */
     uint16_t sequence;      /* private from here on */
+    uint16_t boot;
+    uint16_t doubtful;
     uint8_t has_sequence;
+    uint8_t has_boot;
+    uint8_t went_back;
     uint8_t state;
     uint8_t size;
     uint8_t left;

@@ -34,6 +34,10 @@ class NoAnswer(UserError):
     """The camera did not answer in time."""
 
 
+class Restarted(UserError):
+    """The camera has begun anew while it was asked: what was set and not saved is lost."""
+
+
 class Refused(UserError):
     """The camera answered NACK; `reason` is its number."""
 
@@ -75,6 +79,7 @@ class Client:
         self._clock = clock
         self._encoder = protocol.Encoder()
         self._token = random.randrange(1, 65536)
+        self._boot: int | None = None
         self._answer = None
         self._waiting_for = None
         self._data: list[Sequence[Any]] = []
@@ -150,8 +155,10 @@ class Client:
         known = len(self._raw_chunks)
         silent_s = 4 * self._timeout_s
         last = asked = self._clock()
+        boot = self._boot
         while known < total:
             self.poll()
+            self._check_boot(boot)
             now = self._clock()
             if len(self._raw_chunks) != known:
                 known = len(self._raw_chunks)
@@ -193,6 +200,7 @@ class Client:
         self._answer = None
         self._data = []
         self._waiting_for = (token, command)
+        boot = self._boot
         try:
             for _ in range(self._retries):
                 size = self._encoder.encode(command, [token, *values])
@@ -201,6 +209,8 @@ class Client:
                 end = self._clock() + (timeout_s or self._timeout_s)
                 while self._clock() < end:
                     self.poll()
+                    if command != m.RESTART:
+                        self._check_boot(boot)
                     acknowledged = isinstance(self._answer, Ack)
                     if self._answer and not (want_header and acknowledged and not self._raw_header):
                         return self._result(command)
@@ -224,7 +234,13 @@ class Client:
             raise NoAnswer("the line ended")
         self.decoder.feed(data, len(data))
 
+    def _check_boot(self, boot):
+        if boot is not None and self._boot != boot:
+            raise Restarted("the camera restarted meanwhile: what was not saved is lost; do it again")
+
     def _arrived(self, number, sequence, values):
+        if number in (m.INFO, m.STATUS):
+            self._boot = record_of(number, values).boot
         if number not in _ANSWERS:
             if self._on_message:
                 self._on_message(number, sequence, values)

@@ -40,7 +40,7 @@ def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any
         if value is None:
             value = codes.UNKNOWN[field]
         if code.endswith("s"):
-            data = value.encode("ascii") if field in codes.TEXT_FIELDS else bytes.fromhex(value)
+            data = value.encode("latin-1") if field in codes.TEXT_FIELDS else bytes.fromhex(value)
             value = data.ljust(int(code[:-1]), b"\0")
         values.append(value)
     encoder.sequence = sequence

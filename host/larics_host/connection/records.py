@@ -287,7 +287,7 @@ def record_of(number: int, values: Sequence[Any]) -> Any:
     plain = []
     for field, value in zip(protocol.fields(number), values, strict=True):
         if field[0] in codes.TEXT_FIELDS:
-            value = bytes(value).rstrip(b"\0").decode("ascii", "replace")
+            value = bytes(value).rstrip(b"\0").decode("latin-1")
         elif isinstance(value, bytearray):
             value = bytes(value)
         plain.append(value)

@@ -3,6 +3,9 @@
 A request carries a token. The answers to the last commands that change something are remembered, so
 that a retry (same token, same content) gets the same answer and nothing is done twice; the same token
 with another content is refused. Commands that only read are simply carried out again.
+
+Only what is asked again soon and by the same requester is a retry: answers are forgotten after a while, and
+when the requester's sequence numbers go back, since it has started anew and may draw the same tokens again.
 """
 
 try:
@@ -36,6 +39,7 @@ _RESTART_BOOT = const(1)
 
 _TOKEN = const(0)  # index in every command and answer
 _REMEMBERED = const(8)
+_REMEMBERED_S = const(30)  # longer than any requester retries
 _WAITING = const(8)  # answers that may wait to be sent; further requests are dropped, to be retried
 _ACKNOWLEDGED = const(0)
 
@@ -46,6 +50,7 @@ class Commands:
     settings  a larics.settings.Settings
     raw       a larics.device.raw_frame.RawSender
     boot      a random number of this start, 0..65535
+    uptime    a larics.device.outbox.Uptime that somebody advances
     actions   object with
         info(values)            fills the fields of INFO beside token and boot
         settings_changed(name)  a setting has a new value
@@ -57,7 +62,7 @@ class Commands:
     counts the requests that were dropped.
     """
 
-    def __init__(self, settings, raw, actions, boot):
+    def __init__(self, settings, raw, actions, boot, uptime):
         self.values = None
         self.restart_due = False
         self.unanswered = 0
@@ -65,7 +70,9 @@ class Commands:
         self._raw = raw
         self._actions = actions
         self._boot = boot
-        self._remembered = []  # (command, values, reason, detail), newest last
+        self._uptime = uptime
+        self._sequence = -1
+        self._remembered = []  # (command, values, reason, detail, uptime in seconds), newest last
         self._waiting = []  # (token, command, reason, detail)
         self._info = [0] * _INFO_FIELDS
         self._info_due = False
@@ -83,7 +90,10 @@ class Commands:
     # requests
 
     def on_message(self, number, sequence, values):
-        if number < m.FIRST_COMMAND or number == m.ODOMETRY:
+        if number < m.FIRST_COMMAND:
+            return
+        self._watch_requester(sequence)
+        if number == m.ODOMETRY:
             return
         if len(self._waiting) >= _WAITING:
             self.unanswered = (self.unanswered + 1) & m.COUNT_MAX
@@ -93,7 +103,7 @@ class Commands:
             self._answer(token, number, self._look_up(number, values), 0)
             return
         content = list(values)
-        for command, known, reason, detail in self._remembered:
+        for command, known, reason, detail, _ in self._remembered:
             if known[_TOKEN] == token:
                 if command != number or known != content:
                     self._answer(token, number, m.NACK_TOKEN, 0)
@@ -106,8 +116,16 @@ class Commands:
         detail = values[_SET_SETTING_KEY] if number == m.SET_SETTING and reason else 0
         if len(self._remembered) >= _REMEMBERED:
             self._remembered.pop(0)
-        self._remembered.append((number, content, reason, detail))
+        self._remembered.append((number, content, reason, detail, self._uptime.s))
         self._answer(token, number, reason, detail)
+
+    def _watch_requester(self, sequence):
+        if self._sequence >= 0 and (sequence - self._sequence) & 0xFFFF > 0x7FFF:
+            self._remembered.clear()
+            self._list, self._list_key = [], -1
+        self._sequence = sequence
+        while self._remembered and self._uptime.s - self._remembered[0][4] > _REMEMBERED_S:
+            self._remembered.pop(0)
 
     def _answer(self, token, command, reason, detail):
         if reason >= 0:

@@ -13,8 +13,14 @@ except ImportError:
 
 from larics.wire.framing import LIMIT, OVERHEAD, is_intact, seal
 from larics.wire.messages import *  # noqa: F403  (this module is the entry to the wire: type numbers and codes)
-from larics.wire.messages import COUNT_MAX, MESSAGES, VERSION
+from larics.wire.messages import COUNT_MAX, INFO, MESSAGES, STATUS, VERSION
 
+# generated: begin indices (tools/make_protocol.py)
+_INFO_BOOT = const(1)
+_STATUS_BOOT = const(3)
+# generated: end indices
+
+LATE = const(8)
 _HEADER = const(4)
 _CRC = const(4)
 MAX_FRAME = const(130)  # bytes of the longest frame: LIMIT, COBS byte and final 0
@@ -129,6 +135,7 @@ class Counters:
     over_long  longer than any message           empty     a 0 right after a 0
     out_of_range  a field outside its range
     gaps       messages missing by their sequence numbers      repeats  the number before once more
+    restarts   times that the sender began to count anew
     """
 
     NAMES = (
@@ -143,6 +150,7 @@ class Counters:
         "out_of_range",
         "gaps",
         "repeats",
+        "restarts",
     )
     __slots__ = NAMES
 
@@ -160,6 +168,10 @@ class Decoder:
     `on_message(type, sequence, values)` is called for each; `values`, one item per field, is reused with
     the next message of that type, and so are the bytearrays in it that stand for byte fields. Whatever
     is not a message is counted in `counters`, costs at most the frame it is in, and has no other effect.
+
+    A sequence number that goes back is a sender that began anew, or, by less than LATE, a message that was
+    overtaken. Numbers alone do not always tell: that the boot number of INFO and STATUS has changed, or has
+    not, corrects what was counted since it was heard before.
     """
 
     def __init__(self, on_message):
@@ -173,6 +185,9 @@ class Decoder:
         self._size = -1  # bytes of the message so far; -1 before its first COBS byte
         self._left = 0  # bytes until the next COBS byte; -1 while an over-long frame is skipped
         self._sequence = -1
+        self._boot = -1
+        self._doubtful = 0  # missing at the last step past 65535 since the boot number was heard
+        self._went_back = False  # that step was counted as a restart
 
     def feed(self, buffer, count):
         """Takes buffer[:count]; the work per byte is bounded, and no byte is looked at twice."""
@@ -226,17 +241,52 @@ class Decoder:
                 counters.out_of_range = (counters.out_of_range + 1) & COUNT_MAX
             else:
                 counters.messages = (counters.messages + 1) & COUNT_MAX
-                self._on_message(layout.number, sequence, self._values[layout.number])
+                values = self._values[layout.number]
+                if layout.number == INFO:
+                    self._hear_boot(values[_INFO_BOOT], sequence)
+                elif layout.number == STATUS:
+                    self._hear_boot(values[_STATUS_BOOT], sequence)
+                self._on_message(layout.number, sequence, values)
 
     def _count_gap(self, sequence):
         counters = self.counters
-        if self._sequence >= 0:
-            missing = (sequence - self._sequence - 1) & 0xFFFF
-            if missing == 0xFFFF:
-                counters.repeats = (counters.repeats + 1) & COUNT_MAX
-            else:
-                counters.gaps = (counters.gaps + missing) & COUNT_MAX
+        last = self._sequence
         self._sequence = sequence
+        if last < 0:
+            return
+        step = (sequence - last) & 0xFFFF
+        if step == 0:
+            counters.repeats = (counters.repeats + 1) & COUNT_MAX
+        elif step > 0x10000 - LATE:
+            self._sequence = last
+            if counters.gaps:  # it was counted as missing
+                counters.gaps -= 1
+        elif step > 0x7FFF:
+            counters.restarts = (counters.restarts + 1) & COUNT_MAX
+            self._doubtful = step - 1
+            self._went_back = True
+        else:
+            counters.gaps = (counters.gaps + step - 1) & COUNT_MAX
+            if sequence < last:
+                self._doubtful = step - 1
+                self._went_back = False
+
+    def _hear_boot(self, boot, sequence):
+        """A message told the boot number of its sender: what was a restart, and what only looked like one."""
+        counters = self.counters
+        if self._boot >= 0:
+            if boot == self._boot:
+                if self._went_back:
+                    counters.restarts = (counters.restarts - 1) & COUNT_MAX
+                    counters.gaps = (counters.gaps + self._doubtful) & COUNT_MAX
+            else:
+                self._sequence = sequence
+                if not self._went_back:
+                    counters.restarts = (counters.restarts + 1) & COUNT_MAX
+                    counters.gaps = (counters.gaps - self._doubtful) & COUNT_MAX
+        self._boot = boot
+        self._doubtful = 0
+        self._went_back = False
 
     def _unpack(self, layout):
         message = self._message
