@@ -229,7 +229,7 @@ def settings_table():
         default = field.default
         if field.kind == "bool":
             default = "true" if default else "false"
-        elif field.kind in ("list", "table"):
+        elif field.kind in ("list", "ranges", "table"):
             default = "empty"
         rebuilds = codes.rebuilds_text(field.rebuilds)
         rows.append((field.key, field.name, default, field.range_text(), field.unit, rebuilds, field.meaning))

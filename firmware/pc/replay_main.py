@@ -59,7 +59,9 @@ def _setting_value(name, text):
     if entry.kind == "choice" and text in entry.choices:
         return text
     try:
-        return [int(part) for part in text.split(",") if part] if entry.kind == "list" else int(text)
+        return (
+            [int(part) for part in text.split(",") if part] if entry.kind in ("list", "ranges") else int(text)
+        )
     except ValueError:
         _fail("%s is no value for %s" % (text, name))
 

@@ -2,7 +2,7 @@
 
 from larics.detect.detector import Detector
 from larics.marker import LARICS3
-from larics.marker.detection import FLAG_ID_UNCERTAIN
+from larics.marker.detection import FLAG_ID_UNCERTAIN, FLAG_UNCONFIRMED
 from larics.marker.id_set import holds, id_set
 from marker_drawing import draw
 
@@ -90,8 +90,29 @@ def test_an_id_set_holds_what_the_family_uses():
     assert [i for i in range(4096) if holds(id_set(None, False, True), i)] == [0, 1, 2, 3, 4, 5, 6, 7]
 
 
+def mirrored(frame):
+    """The frame with left and right exchanged."""
+    rows = [bytearray(frame[y * WIDTH : (y + 1) * WIDTH]) for y in range(HEIGHT)]
+    return bytearray([row[WIDTH - 1 - x] for row in rows for x in range(WIDTH)])
+
+
+def test_a_mirrored_sensor_reads_coded_markers():
+    for marker_id, heading_cdeg in ((1261, 12345), (4094, 0)):
+        frame = mirrored(drawn(marker_id, heading_cdeg))
+        assert [one.marker_id for one in detector(mirrored=True).detect(frame)] == [marker_id]
+        assert [one.marker_id for one in detector().detect(frame)] != [marker_id]
+    # of a plain one the lines are seen in the opposite order
+    assert [one.marker_id for one in detector(mirrored=True).detect(mirrored(drawn(3)))] == [6]
+
+
+def test_ids_of_any_size_are_confirmed():
+    finder = detector(confirm=(2, 3))
+    flags = [finder.detect(drawn(marker_id))[0].flags for marker_id in (4094, 1261, 4094, 1261, 9)]
+    assert flags == [FLAG_UNCONFIRMED, FLAG_UNCONFIRMED, 0, 0, FLAG_UNCONFIRMED]
+
+
 def test_nothing_is_allocated():
-    finder = detector()
+    finder = detector(confirm=(2, 3))
     frames = [drawn(9), board(drawn(1261, 9000), 90), drawn(3)]
     finder.detect(frames[0])
     for frame in frames:

@@ -99,8 +99,8 @@ def test_measurements_are_no_commands():
 
 def test_get_every_setting():
     bench = Bench()
-    bench.settings.update({"route": list(range(20))})
-    bench.settings.update({"map": [[k, 1000 * k, -1000 * k, k, 0, 0] for k in range(63)]})
+    bench.settings.update({"route": [64 * k + 1 for k in range(20)]})
+    bench.settings.update({"map": [[64 * k + 1, 1000 * k, -1000 * k, k, 0, 0] for k in range(63)]})
     for token, entry in enumerate(FIELDS):
         found = bench.ask(m.GET_SETTING, token, entry.key)
         assert found.pop() == ack(token, m.GET_SETTING)

@@ -105,6 +105,14 @@ def test_a_marker_that_is_not_in_the_map_is_refused():
     assert lost.fault == FAULT_MARKER_UNKNOWN and lost.state == LOST
 
 
+def test_a_refused_id_takes_no_other_with_it():
+    found, time_us = tracking()
+    found.update([measured(3 + 16, 0, 0, 0), measured(4094, 0, 0, 0)], 2, time_us + FRAME_US)
+    assert found.refused(19) and found.refused(4094) and not found.refused(3) and not found.refused(4094 - 16)
+    found.update([measured(3, 10000, 0, 0)], 1, time_us + 2 * FRAME_US)
+    assert not found.refused(19)
+
+
 def test_a_marker_of_the_wrong_size_is_refused():
     found, time_us = tracking()
     assert found.update([measured(3, 10000, 0, 0, 33000)], 1, time_us + FRAME_US) == COASTING

@@ -2,7 +2,7 @@
 
 from larics import settings as s
 from larics.device.factory import make_detector, make_locator
-from larics.settings.constraints import calibrated_camera, camera_reason
+from larics.settings.constraints import calibrated_camera, camera_reason, seen_ids
 from larics.settings.fields import FIELDS
 
 
@@ -136,10 +136,37 @@ def test_what_the_detector_or_the_camera_would_refuse():
         _refused({"method": method, "radius_min_px": 60}, "not below radius_max_px = 60")
         s.Settings({"method": method, "radius_min_px": 6, "radius_max_px": 72})
     _refused({"line_mm10": 40}, "line_mm10", "50 and 300")
-    _refused({"allowed_ids": [3, 9]}, "ID 9")
+    _refused({"allowed_ids": [3, 16]}, "ID 16", "coded family")
+    _refused({"allowed_ids": [3, 9], "family": "plain"}, "ID 9", "plain family has IDs 1 to 7")
+    _refused({"allowed_ids": [[8, 20]], "family": "plain"}, "IDs 8 to 20", "plain family")
+    _refused({"map": [[9, 0, 0, 0, 0, 0]], "family": "plain"}, "map has marker 9", "plain family")
+    _refused({"map": [[8, 0, 0, 0, 0, 0]]}, "map has marker 8", "coded family")
+    _refused({"family": "golay"}, "family = golay", "plain or coded")
     _refused({"focal_q8": 5120}, "focal_q8 = 5120", "corner")
     _refused({"focal_q8": 400 * 256, "k1_e5": -90000}, "corner")
     _refused({"ceiling_mm10": 290000, "camera_z_mm10": -100000}, "262143")
+
+
+def test_allowed_ids_are_ranges_of_thousands():
+    field = s.field("allowed_ids")
+    allowed = [[1, 3], 5, [9, 4094]]
+    settings = s.Settings({"allowed_ids": allowed})
+    assert settings.allowed_ids == allowed
+    numbers = field.numbers(allowed)
+    assert numbers == [1, 3, 5, 5, 9, 4094] and field.value(numbers) == allowed
+    assert field.value([1]) is None and field.value([0, 1] * 33) is None
+    assert field.most_numbers() == 64
+    assert "at most 32" in s.validate("allowed_ids", [1] * 33)
+    for bad in ([[3, 1]], [[1, 2, 3]], [[1, 4095]], [-1], ["1-3"]):
+        assert "allowed_ids[0]" in s.validate("allowed_ids", bad)
+
+
+def test_allowed_ids_of_a_mirrored_sensor():
+    # plain markers show 1 for 4 and the other way round; what is coded is put right where it is read
+    assert seen_ids([1, 2, [9, 20]], False) == [1, 2, [9, 20]]
+    assert seen_ids([1, 2, [9, 20], 100], True) == [4, 2, (9, 20), (100, 100)]
+    assert seen_ids([[6, 12]], True) == [3, 7, (8, 12)]
+    assert seen_ids([], True) == []
 
 
 def _drawn_values(seed):

@@ -119,6 +119,9 @@ def test_changes_go_in_an_order_that_the_camera_accepts():
         ("baud", "9600", 9600),
         ("route", "1,2", [1, 2]),
         ("route", "", []),
+        ("allowed_ids", "1-7,9,100-199", [[1, 7], 9, [100, 199]]),
+        ("allowed_ids", "[3, [9, 15]]", [3, [9, 15]]),
+        ("family", "plain", "plain"),
         ("map", "[[1,2,3,4,5,6]]", [[1, 2, 3, 4, 5, 6]]),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -93,11 +94,13 @@ def apply(client: Client, current: dict[str, Any], changes: dict[str, Any]) -> l
 
 
 def parse_value(name: str, text: str) -> Any:
-    """The value of a setting from the text that a user typed: JSON, a bare word, or 1,2,3 for a list."""
+    """The value of a setting from the text that a user typed: JSON, a bare word, 1,2,3 or, for IDs, 1-7,9."""
     field = setting_rules.field(name)
     if field is None:
         known = ", ".join(entry.name for entry in setting_rules.FIELDS)
         raise UserError("there is no setting %s; there are: %s" % (name, known))
+    if field.kind == "ranges" and not text.startswith("["):
+        text = "[%s]" % re.sub(r"(\d+)-(\d+)", r"[\1,\2]", text)
     if field.kind == "list" and not text.startswith("["):
         text = "[%s]" % text
     try:

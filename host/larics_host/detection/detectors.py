@@ -39,12 +39,14 @@ def make_detector(
     max_tilt_deg: int = 0,
     margin_min: int = MARGIN_MIN,
     second_opinion: bool = True,
+    family: str = "coded",
 ) -> AnyDetector:
     """A detector for frames of one size, each by itself.
 
     method: one of METHODS; radius_px: (smallest, largest) radius of the outer ring, None when unknown;
     line_mm: whole mm, width of the lines at a ring radius of 150 mm, None for the usual 15 to 20;
     allowed_ids: the IDs that may be reported, None for all (method larics only);
+    family: "coded", which reads plain markers, too, or "plain" (method larics only);
     max_tilt_deg, margin_min, second_opinion: as of `larics.detect.detector.Detector`, for that method.
     Frames over 1024 px and larger rings are reduced for it by whole factors; results are in original pixels.
     Raises UserError when no marker of that size can be in such a frame, or the method does not take it.
@@ -63,7 +65,7 @@ def make_detector(
     settings.line_mm10 = 10 * (line_mm or 0)
     settings.allowed_ids, settings.allow_id0 = allowed_ids or (), allow_id0
     settings.max_tilt_cdeg, settings.margin_min = 100 * max_tilt_deg, margin_min
-    settings.second_opinion = second_opinion
+    settings.second_opinion, settings.family = second_opinion, family
 
     def make(width: int, height: int, low: int, high: int) -> AnyDetector:
         from larics.device import factory  # it compiles the kernels

@@ -6,9 +6,11 @@ import argparse
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
+from larics.marker import FAMILY_NAMES, ids_in_words, is_used
 from larics.marker.verdicts import MARGIN_MIN
 from larics_host.detection import detectors
 from larics_host.errors import UserError
+from larics_host.marker_ids import parse_ids
 
 if TYPE_CHECKING:
     from larics_host.annotations import AnyDetector
@@ -25,6 +27,7 @@ class DetectionOptions(NamedTuple):
     max_tilt_deg: int = 0
     margin_min: int = MARGIN_MIN
     second_opinion: bool = True
+    family: str = "coded"
 
     def make(self, width: int, height: int) -> AnyDetector:
         """A detector for frames of this size; UserError when there cannot be one."""
@@ -39,9 +42,10 @@ def _radius_range(text):
 
 
 def _id_list(text):
-    if not re.fullmatch(r"[0-7](,[0-7])*", text):
-        raise argparse.ArgumentTypeError("%r is not a list of IDs from 0 to 7, such as 1,3,6" % text)
-    return sorted({int(item) for item in text.split(",")})
+    try:
+        return sorted(parse_ids([text], allow_id0=True))
+    except UserError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +71,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="line width of the markers at a ring radius of 150 mm, 5 to 30; 15 to 20 need no option",
     )
     parser.add_argument(
-        "--ids", metavar="ID,ID...", type=_id_list, help="the IDs in use, such as 1,3,6 (default: 1 to 7)"
+        "--ids", metavar="ID,ID-ID", type=_id_list, help="IDs in use, such as 1,3,9-99 (default: all)"
+    )
+    parser.add_argument(
+        "--family",
+        choices=FAMILY_NAMES,
+        default="coded",
+        help="coded (default): plain and coded markers; plain: IDs 1 to 7, by their lines alone",
     )
     parser.add_argument("--allow-id0", action="store_true", help="ID 0 is in use too")
     parser.add_argument(
@@ -107,6 +117,10 @@ def from_args(args: argparse.Namespace) -> DetectionOptions:
         raise UserError("--ids is not for --method paper, which reads any ID")
     if args.method == "paper" and (args.max_tilt or args.margin_min != MARGIN_MIN or not args.second_opinion):
         raise UserError("--max-tilt, --margin-min and --no-second-opinion are not for --method paper")
+    if args.family == "plain" and args.method == "paper":
+        raise UserError("--family is not for --method paper, which reads lines alone")
+    if args.ids and not all(is_used(i, args.family == "coded", True) for i in args.ids):
+        raise UserError("--ids has IDs of another family: %s" % ids_in_words(args.family == "coded"))
     if args.ids and 0 in args.ids and not args.allow_id0:
         raise UserError("--ids has 0, which is off: give --allow-id0 too")
     if not 0 <= args.max_tilt <= 40:
@@ -124,4 +138,5 @@ def from_args(args: argparse.Namespace) -> DetectionOptions:
         args.max_tilt,
         args.margin_min,
         args.second_opinion,
+        args.family,
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from larics import settings as setting_rules
 from larics.locate.marker_map import MarkerMap, map_reason
 from larics.locate.route import resolve_entries, route_reason
-from larics.marker import ID_COUNT
+from larics.marker import ids_in_words, is_used
 
 if TYPE_CHECKING:
     from larics.settings import Settings
@@ -38,8 +38,9 @@ def problems(
     most = setting_rules.field("map").length
     if len(rows) > most:
         found.append("%d markers are more than the %d that a camera holds" % (len(rows), most))
-    for marker_id in sorted({row[0] for row in rows if row[0] >= ID_COUNT}):
-        found.append("marker %d: no camera reads this ID, they are 0 to %d" % (marker_id, ID_COUNT - 1))
+    coded = settings.family == "coded"
+    for marker_id in sorted({row[0] for row in rows if not is_used(row[0], coded, True)}):
+        found.append("marker %d: no camera reads this ID, %s" % (marker_id, ids_in_words(coded, True)))
     alone = [map_reason([row], *rules) for row in rows]
     found += [reason for reason in alone if reason]
     sound = [row for row, reason in zip(rows, alone, strict=True) if not reason]

@@ -15,6 +15,7 @@ except ImportError:
 
 from larics.arith.fixed import CELL_AXES, CELL_ROWS, LOG_GREY, atan2_turn16, cos_q14, sin_q14
 from larics.kernels import cells as kernels
+from larics.marker import mirrored_lines
 
 _BIAS = const(1 << 24)  # items as in kernels.layouts
 _FIT_BULGE_COS = const(8)
@@ -68,7 +69,7 @@ class CellReader:
     margin    of the last decision, 0..255
     """
 
-    def __init__(self, width, height, allowed, scratch):
+    def __init__(self, width, height, allowed, scratch, mirrored):
         """allowed: marker.id_set of the IDs that may be told; scratch: array("i") of cells.SCRATCH items
         that nobody needs while a reader decides."""
         self.depths = array("i", bytes(4 * 72))
@@ -79,6 +80,7 @@ class CellReader:
         self.pose[_PLACE_HEIGHT] = height
         self._allowed = allowed
         self._scratch = scratch
+        self._mirrored = mirrored
         self._weights = array("i", bytes(4 * 24))
         self._lines = array("i", bytes(12))
         self._result = array("i", bytes(4 * _WORD_ITEMS))
@@ -95,6 +97,13 @@ class CellReader:
         self.margin = 0
         if not kernels.cell_weights(self._scratch, 0, 0, self.depths, self._weights):
             return UNKNOWN
+        weights = self._weights
+        if self._mirrored:
+            for cell in range(12):
+                weight = weights[cell]
+                weights[cell] = weights[23 - cell]
+                weights[23 - cell] = weight
+            lines_id = mirrored_lines(lines_id)
         lines = self._lines
         for bit in range(3):
             weight = 0
@@ -102,7 +111,7 @@ class CellReader:
                 weight = _LINE_DARK if lines_id >> bit & 1 else -_LINE_WHITE
             lines[bit] = weight + _BIAS
         result = self._result
-        kernels.likeliest_words(self._scratch, 0, 0, self._weights, CELL_ROWS, lines, self._allowed, result)
+        kernels.likeliest_words(self._scratch, 0, 0, weights, CELL_ROWS, lines, self._allowed, result)
         told = result[_WORD_ID]
         cost = result[_WORD_COST]
         gap = result[_WORD_SECOND] - cost

@@ -1,33 +1,44 @@
 """Whether an ID is confirmed by enough of the last frames."""
 
+from array import array
+
 from larics.marker.detection import FLAG_UNCONFIRMED
+
+_NONE = 65535
 
 
 class Confirmation:
     """Flags the IDs that were seen in fewer than `least` of the last `frames` frames.
 
-    ValueError unless 1 <= least <= frames <= 255."""
+    markers: that a frame may have. ValueError unless 1 <= least <= frames <= 255."""
 
-    def __init__(self, least, frames):
+    def __init__(self, least, frames, markers):
         if not 1 <= least <= frames <= 255:
             raise ValueError("confirm is (n, m) with 1 <= n <= m <= 255, not (%s, %s)" % (least, frames))
         self._least = least
-        self._history = bytearray(frames)  # of each frame, a bit for each ID seen
+        self._markers = markers
+        self._history = array("H", [_NONE] * (frames * markers))  # the IDs that each frame had
         self._next = 0
 
     def update(self, found, count):
         """Takes the first `count` detections of a frame and flags those not yet confirmed."""
-        ids = 0
-        for index in range(count):
-            if found[index].marker_id >= 0:
-                ids |= 1 << found[index].marker_id
-        self._history[self._next] = ids
-        self._next = (self._next + 1) % len(self._history)
+        history = self._history
+        for index in range(self._markers):
+            is_certain = index < count and found[index].marker_id >= 0
+            history[self._next + index] = found[index].marker_id if is_certain else _NONE
+        self._next = (self._next + self._markers) % len(history)
         for index in range(count):
             one = found[index]
-            if one.marker_id >= 0:
-                agreeing = 0
-                for ids in self._history:
-                    agreeing += ids >> one.marker_id & 1
-                if agreeing < self._least:
-                    one.flags |= FLAG_UNCONFIRMED
+            if one.marker_id >= 0 and self._frames_with(one.marker_id) < self._least:
+                one.flags |= FLAG_UNCONFIRMED
+
+    def _frames_with(self, marker_id):
+        history = self._history
+        frames = index = 0
+        while index < len(history):
+            if history[index] == marker_id:
+                frames += 1
+                index += self._markers - index % self._markers  # a frame counts once
+            else:
+                index += 1
+        return frames

@@ -47,6 +47,8 @@ class Detector:
     margin_min       0..255: no marker of a smaller margin is reported. More makes wrong IDs rarer and misses
                      more of what is covered, dirty or badly lit
     max_tilt_deg     of the camera, 0..40: widens the range of radii by what tilt shortens
+    mirrored         the sensor shows left and right exchanged: cells are read the other way round; the ID of
+                     a plain marker is reported as it is seen
     confirm          (n, m): an ID seen in fewer than n of the last m frames has FLAG_UNCONFIRMED; None: off
 
     `counts` tells what the last frame took. ValueError for arguments out of range.
@@ -55,7 +57,7 @@ class Detector:
     def __init__(
         self, width, height, radius_min_px=RADIUS_MIN_PX, radius_max_px=RADIUS_MAX_PX, line_mm=None,
         family=CODED, allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
-        max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN,
+        max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN, mirrored=False,
     ):  # fmt: skip
         if not (64 <= width <= 1024 and 48 <= height <= 1024):
             raise ValueError("frames are 64x48 to 1024x1024 px, not %dx%d" % (width, height))
@@ -109,8 +111,9 @@ class Detector:
 
         self.allowed = id_set(allowed_ids, family.coded, allow_id0 or family.allow_id0)
         self.direct = DirectReader(
-            width, height, family, line_mm10, self._scales[-1].radius_max_q8, self.allowed, margin_min
-        )
+            width, height, family, line_mm10, self._scales[-1].radius_max_q8, self.allowed, margin_min,
+            mirrored,
+        )  # fmt: skip
         for scale in self._scales:
             scale.radii = self.direct.rings.radii(
                 scale.radius_min_q8, scale.radius_max_q8, scale.edges.half_line_q8
@@ -123,7 +126,7 @@ class Detector:
                 self.blur_reader = BlurModelReader(
                     width, height, family, line_mm10, self.allowed, margin_min, self.direct.cells
                 )
-        self._confirmation = Confirmation(*confirm) if confirm else None
+        self._confirmation = Confirmation(confirm[0], confirm[1], MARKERS) if confirm else None
         detections = [Detection() for _ in range(MARKERS)]
         self._found = [detections[:count] for count in range(MARKERS + 1)]
         self._all = detections

@@ -7,7 +7,7 @@ not that of the settings. What a function reads of the settings, those fields de
 from larics.detect.tracker import Tracker
 from larics.locate.camera_model import Camera
 from larics.marker import LARICS3
-from larics.settings.constraints import CAMERA_SETTINGS, calibrated_camera, line_mm, seen_id
+from larics.settings.constraints import CAMERA_SETTINGS, calibrated_camera, line_mm, seen_ids
 
 
 def make_detector(settings, size=None):
@@ -16,7 +16,8 @@ def make_detector(settings, size=None):
     ValueError when the settings do not suit the frames, MemoryError."""
     width, height = size or (settings.width, settings.height)
     radii = (settings.radius_min_px, settings.radius_max_px)
-    family = LARICS3.scaled(settings.outer_mm10, settings.line_mm10, settings.allow_id0)
+    coded = settings.family == "coded"
+    family = LARICS3.scaled(settings.outer_mm10, settings.line_mm10, settings.allow_id0, coded)
     if settings.method == "paper":
         from larics.detect.paper import PaperDetector
 
@@ -33,7 +34,8 @@ def make_detector(settings, size=None):
         radius_max_px=radii[1],
         line_mm=line_mm(settings.line_mm10, settings.outer_mm10),
         family=family,
-        allowed_ids=[seen_id(i, settings.mirrored) for i in settings.allowed_ids] or None,
+        allowed_ids=seen_ids(settings.allowed_ids, settings.mirrored),
+        mirrored=settings.mirrored,
         allow_id0=settings.allow_id0,
         confirm=confirm,
         second_opinion=settings.second_opinion,

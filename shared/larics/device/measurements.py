@@ -6,6 +6,7 @@ except ImportError:
     from larics._cpython import const
 
 from larics.locate.camera_model import Measurement
+from larics.marker.id_set import within
 
 MARKERS_MOST = const(8)  # reported of one frame
 
@@ -33,7 +34,7 @@ class Measuring:
             measurement = measurements[count]
             placed = self._place(detection, measurement, settings, locator, navigator)
             marker_id = measurement.marker_id
-            if placed and (marker_id < 0 or not allowed or marker_id in allowed):
+            if placed and (marker_id < 0 or within(allowed, marker_id)):
                 count += 1
             else:
                 self.rejected += 1

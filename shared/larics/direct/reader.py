@@ -31,7 +31,7 @@ class DirectReader:
                                       (cells: None for the plain family)
     """
 
-    def __init__(self, width, height, family, line_mm10, radius_max_q8, allowed, margin_min):
+    def __init__(self, width, height, family, line_mm10, radius_max_q8, allowed, margin_min, mirrored):
         outer = family.outer_mm10
         self.rings = RingFit(
             width, height, (family.inner_mm10 * 1024 + outer // 2) // outer, line_mm10 * 1024 // outer,
@@ -40,7 +40,9 @@ class DirectReader:
         self.lines = LineReader(family, line_mm10)
         self.acceptance = Acceptance(allowed, margin_min)
         # where the edges' distances lie, nothing lies any more when the cells are read
-        self.cells = CellReader(width, height, allowed, self.rings.distances) if family.coded else None
+        self.cells = None
+        if family.coded:
+            self.cells = CellReader(width, height, allowed, self.rings.distances, mirrored)
 
     def memory(self):
         """Bytes of the buffers."""

@@ -131,8 +131,8 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
     i = 0
     while i < 24:
         value = int(depths[i])
-        # outside the frame, bleached, or lighter than the white beside it
-        if value < _LIGHT or int(depths[24 + i]) >= _BLEACHED:
+        # outside the frame, or lighter than the white beside it
+        if value < _LIGHT:
             value = 0
         weights[i] = value
         if value:
@@ -201,6 +201,9 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
         off = _TONE + (_TONE >> 1) - off
         if value > 0:
             off += _TONE + (_TONE >> 1)
+        # a lamp's light, unless the whole picture is bleached
+        if int(depths[24 + i]) >= _BLEACHED and white < _BLEACHED:
+            off = 0
         if off < _TONE:
             if off < 0:
                 off = 0

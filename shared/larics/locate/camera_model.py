@@ -25,6 +25,7 @@ except ImportError:
 
 from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, sin_q14, turn16_from_cdeg, wrap_cdeg
 from larics.arith.fixed_q18 import div, mul, product, root, sin_cos
+from larics.marker import PLAIN_ID_MOST, mirrored_lines
 
 _ONE = const(262144)  # 1.0 in q18
 _CDEG100_PER_RAD = const(572958)
@@ -258,9 +259,9 @@ class Camera:
         return True
 
     def read_id(self, marker_id):
-        """The ID on the ceiling: a mirrored sensor meets the coding lines in the opposite order."""
-        if self.mirrored and marker_id > 0:
-            return (marker_id & 1) << 2 | marker_id & 2 | marker_id >> 2
+        """The ID on the ceiling: a mirrored sensor meets a plain marker's lines in the opposite order."""
+        if self.mirrored and 0 < marker_id <= PLAIN_ID_MOST:
+            return mirrored_lines(marker_id)
         return marker_id
 
     def _height_by_ring(self, radius_q8, outer_mm10, depth_q18):

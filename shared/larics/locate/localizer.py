@@ -86,19 +86,23 @@ class Localizer:
         self._there = array("i", [0] * 3)  # the new place that several frames must agree on
         self._there_us = 0
         self._agreed = 0
-        self._refused_ids = 0  # of this frame, bit by bit
+        self._refused_ids = array("i", [0] * MAX_MARKERS)  # of this frame
+        self._refusals = 0
         self._doubtful = False  # a marker of this frame is possible, but too far off to be believed alone
 
     def refused(self, marker_id):
         """Whether a marker with this ID was refused in the last frame."""
-        return self._refused_ids >> (marker_id & 15) & 1 > 0
+        for index in range(self._refusals):
+            if self._refused_ids[index] == marker_id:
+                return True
+        return False
 
     def update(self, measurements, count, time_us):
         """Takes the first `count` Measurements of a frame captured at time_us (any clock modulo 2**30).
 
         Returns the state. Call it for every frame, also for those without a marker."""
         self.fault = 0
-        self._refused_ids = 0
+        self._refusals = 0
         self._doubtful = False
         passed_us = (time_us - self._fix_us) & COUNT_MAX
         if self.age_us == COUNT_MAX or passed_us > COUNT_MAX >> 1:
@@ -154,7 +158,9 @@ class Localizer:
 
     def _refuse(self, fault, marker_id):
         self.fault = fault
-        self._refused_ids |= 1 << (marker_id & 15)
+        if self._refusals < MAX_MARKERS and not self.refused(marker_id):
+            self._refused_ids[self._refusals] = marker_id
+            self._refusals += 1
 
     def _place(self, measurement, entry, at):
         """Where a measurement of this entry puts the vehicle, into self._seen[at:at + 4]."""
@@ -247,7 +253,7 @@ class Localizer:
         expected = lost or self._doubtful
         if self._agreed < (_AGREE_LOST if expected else _AGREE_MOVED):
             return 0
-        self._refused_ids = 0
+        self._refusals = 0
         self._known = 0
         self._motion.stop()
         if moving:  # the frame before agreed, so it tells the speed

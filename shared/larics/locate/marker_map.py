@@ -8,6 +8,8 @@ vehicle was and by its route, so they must lie apart and look alike.
 
 from array import array
 
+from larics.marker.id_set import within
+
 REPEAT_APART_MM = 2000
 _COLUMNS = 6
 
@@ -24,11 +26,12 @@ def _apart(a, b, limit_mm):
 def map_reason(rows, known_ids=(), outer_mm10=1500, lens_mm10=0):
     """None when the rows can be a map, else one line that names the markers and the reason.
 
-    Rows may leave out the last columns. known_ids: the IDs that can be read at all, empty for any."""
+    Rows may leave out the last columns. known_ids: the IDs that can be read at all, or
+    (first, last) of ranges; empty for any."""
     rows = [_row(row) for row in rows]
     for k in range(len(rows)):
         a = rows[k]
-        if known_ids and a[0] not in known_ids:
+        if not within(known_ids, a[0]):
             return "map has the unknown marker %d" % a[0]
         if a[4] and a[4] <= lens_mm10:
             return "map has marker %d at the impossible height %d, the lens is at %d (0.1 mm)" % (

@@ -40,6 +40,11 @@ def is_used(marker_id, coded=True, allow_id0=False):
     return coded and marker_id <= CODED_ID_MOST and marker_id & PLAIN_ID_MOST > 0
 
 
+def mirrored_lines(marker_id):
+    """The ID whose coding lines a plain marker of this ID has in a mirror."""
+    return (marker_id & 1) << 2 | marker_id & 2 | marker_id >> 2
+
+
 def ids_in_words(coded=True, allow_id0=False):
     """The IDs that a family uses, as text for messages."""
     text = "IDs %d to %d" % (0 if allow_id0 else 1, PLAIN_ID_MOST)

@@ -11,15 +11,16 @@ Kinds and what their values are in Python and JSON:
     bool     true or false
     choice   one of `choices` (strings or numbers)
     list     up to `length` whole numbers low..high
+    ranges   up to `length` whole numbers low..high or [first, last]
     table    up to `length` rows, lists of as many whole numbers as `columns` has (name, low, high)
 
 On the wire every setting is a list of numbers (`numbers`, `set_numbers`): bool is 0 or 1, a choice its
-index, a table its rows one after the other.
+index, a table its rows one after the other, a range its ends.
 """
 
 from larics.locate.marker_map import map_reason
 from larics.locate.route import route_reason
-from larics.settings.constraints import camera_reason, detector_reason
+from larics.settings.constraints import camera_reason, detector_reason, family_reason
 from larics.settings.fields import FIELDS
 
 VERSION = 1
@@ -48,10 +49,9 @@ def conflict(values):
             values["confirm_needed"],
             values["confirm_frames"],
         )
-    if 0 in values["allowed_ids"] and not values["allow_id0"]:
-        return "allowed_ids has ID 0, but allow_id0 is false"
     return (
-        detector_reason(values)
+        family_reason(values)
+        or detector_reason(values)
         or camera_reason(values)
         or map_reason(values["map"], values["allowed_ids"], values["outer_mm10"], values["camera_z_mm10"])
         or route_reason(values["route"], values["map"])

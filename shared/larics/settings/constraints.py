@@ -9,12 +9,12 @@ except ImportError:
     from larics._cpython import const
 
 from larics.locate.camera_model import MAX_HEIGHT_MM10, Camera
-from larics.marker import LARICS3
+from larics.marker import LARICS3, PLAIN_ID_MOST, ids_in_words, is_used, mirrored_lines
+from larics.marker.id_set import ends_of, within
 
 _FOCAL_LEAST_Q8 = const(5120)
 _LINE_LEAST_MM = const(5)  # at an outer radius of 150 mm
 _LINE_MOST_MM = const(30)
-_ID_MOST = const(7)
 
 CAMERA_SETTINGS = (
     "focal_q8", "center_x_q8", "center_y_q8",
@@ -28,9 +28,19 @@ def line_mm(line_mm10, outer_mm10):
     return (line_mm10 * 150 + outer_mm10 // 2) // outer_mm10 if line_mm10 else None
 
 
-def seen_id(marker_id, mirrored):
-    """How the detector reads an ID: a mirrored sensor shows it the coding lines in the opposite order."""
-    return (marker_id & 1) << 2 | marker_id & 2 | marker_id >> 2 if mirrored else marker_id
+def seen_ids(allowed, mirrored):
+    """How the detector reads the allowed IDs, numbers or (first, last).
+
+    A mirrored sensor shows it plain markers' lines in the opposite order; coded ones it puts right itself."""
+    if not mirrored or not allowed:
+        return allowed
+    plain = [i for i in range(PLAIN_ID_MOST + 1) if within(allowed, i)]
+    seen = [mirrored_lines(i) for i in plain]
+    for item in allowed:
+        first, last = ends_of(item)
+        if last > PLAIN_ID_MOST:
+            seen.append((max(first, PLAIN_ID_MOST + 1), last))
+    return seen
 
 
 def calibrated_camera(width, height, values):
@@ -43,6 +53,22 @@ def calibrated_camera(width, height, values):
         center_y_q8=values["center_y_q8"] or None,
         **{name: values[name] for name in CAMERA_SETTINGS[3:]},
     )
+
+
+def family_reason(values):
+    """None when the family has the allowed IDs and those of the map (name: value), else one line."""
+    coded, allow_id0 = values["family"] == "coded", values["allow_id0"]
+    for item in values["allowed_ids"]:
+        first, last = ends_of(item)
+        if first == last == 0 and not allow_id0:
+            return "allowed_ids has ID 0, but allow_id0 is false"
+        if not any(is_used(i, coded, allow_id0) for i in range(first, last + 1)):
+            what = "ID %d" % first if first == last else "IDs %d to %d" % (first, last)
+            return "allowed_ids has %s, but %s" % (what, ids_in_words(coded, allow_id0))
+    for row in values["map"]:
+        if not is_used(row[0], coded, True):
+            return "the map has marker %d, but %s" % (row[0], ids_in_words(coded, allow_id0))
+    return None
 
 
 def detector_reason(values):
@@ -60,9 +86,6 @@ def detector_reason(values):
             _LINE_MOST_MM * outer_mm10 // 150,
             outer_mm10,
         )
-    for marker_id in values["allowed_ids"]:
-        if marker_id > _ID_MOST:
-            return "allowed_ids has ID %d; markers have IDs up to %d" % (marker_id, _ID_MOST)
     return _radius_reason(values)
 
 

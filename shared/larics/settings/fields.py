@@ -5,7 +5,8 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.marker import RADIUS_MAX_PX, RADIUS_MIN_PX
+from larics.marker import CODED_ID_MOST, FAMILY_NAMES, RADIUS_MAX_PX, RADIUS_MIN_PX
+from larics.marker.id_set import ends_of
 
 # what has to be made anew when a setting changes: Field.rebuilds is a sum of these
 DETECTOR = const(1)
@@ -53,6 +54,8 @@ class Field:
             return "true or false"
         if self.kind == "list":
             return "up to %d numbers %d..%d" % (self.length, self.low, self.high)
+        if self.kind == "ranges":
+            return "up to %d numbers or [first, last] of %d..%d" % (self.length, self.low, self.high)
         if self.kind == "table":
             columns = ["%s %d..%d" % column for column in self.columns]
             return "up to %d rows [%s]" % (self.length, ", ".join(columns))
@@ -81,8 +84,11 @@ class Field:
         return "%s = %s is not allowed: %s%s" % (self.name, value, self.range_text(), unit)
 
     def _is_entry(self, entry):
-        if self.kind == "list":
+        if self.kind == "list" or (self.kind == "ranges" and not isinstance(entry, (list, tuple))):
             return _is_within(entry, self.low, self.high)
+        if self.kind == "ranges":
+            ends = len(entry) == 2 and all(_is_within(end, self.low, self.high) for end in entry)
+            return ends and entry[0] <= entry[1]
         if not isinstance(entry, (list, tuple)) or len(entry) != len(self.columns):
             return False
         return all(_is_within(entry[k], self.columns[k][1], self.columns[k][2]) for k in range(len(entry)))
@@ -95,12 +101,19 @@ class Field:
             return [number for row in value for number in row]
         if self.kind == "list":
             return list(value)
+        if self.kind == "ranges":
+            return [end for entry in value for end in ends_of(entry)]
         return [int(value)]
 
     def value(self, numbers):
         """The value of a list of numbers from the wire; None when there are too few or too many."""
         if self.kind == "list":
             return list(numbers) if len(numbers) <= self.length else None
+        if self.kind == "ranges":
+            if len(numbers) & 1 or len(numbers) > 2 * self.length:
+                return None
+            ends = [(numbers[k], numbers[k + 1]) for k in range(0, len(numbers), 2)]
+            return [first if first == last else [first, last] for first, last in ends]
         if self.kind == "table":
             width = len(self.columns)
             if len(numbers) % width or len(numbers) > width * self.length:
@@ -117,7 +130,8 @@ class Field:
 
     def most_numbers(self):
         """How many numbers the longest value of this setting has."""
-        return self.length * max(1, len(self.columns)) if self.length else 1
+        width = 2 if self.kind == "ranges" else max(1, len(self.columns))
+        return self.length * width if self.length else 1
 
 
 def _is_within(value, low, high):
@@ -164,8 +178,10 @@ FIELDS = (
           "radius of the markers' outer ring"),
     Field(23, "line_mm10", DETECTOR, "int", 0, 0, 1000, "0.1 mm",
           "width of their lines; 0: 2/15 of the radius"),
-    Field(24, "allowed_ids", DETECTOR | NAVIGATOR, "list", (), 0, 65534, "",
-          "the only IDs reported; empty: every ID", length=8),
+    Field(18, "family", DETECTOR, "choice", "coded", 0, 0, "",
+          "coded: 3,583 IDs, plain ones included; plain: 1..7", choices=FAMILY_NAMES),
+    Field(24, "allowed_ids", DETECTOR | NAVIGATOR, "ranges", (), 0, CODED_ID_MOST, "",
+          "the only IDs reported; empty: all of the family", length=32),
     Field(25, "allow_id0", DETECTOR, "bool", False, 0, 1, "", "also ID 0, the one without a coding line"),
     Field(26, "tracking", DETECTOR, "bool", True, 0, 1, "", "look around the predicted place first"),
     Field(27, "second_opinion", DETECTOR, "bool", True, 0, 1, "",
