@@ -60,7 +60,7 @@ def test_what_motion_blurs_is_read_by_the_second_opinion_alone():
         assert abs(one.y_q8 - 16 * Y_Q4) <= 32, one
         assert abs(one.radius_q8 - 16 * RADIUS_Q4) <= 160, one
         assert abs(wrap_cdeg(one.heading_cdeg - heading_cdeg)) <= 100, (one, heading_cdeg)
-    assert MOTIONS[asked.blur_reader.blur.motion] > 1280 and asked.blur_reader.blur.direction in (0, 2, 30)
+    assert MOTIONS[asked.blur_reader.blur.motion] > 1280 and asked.blur_reader.blur.motion_axis in (0, 2, 30)
 
 
 def test_a_sharp_marker_needs_no_second_opinion():

@@ -87,6 +87,7 @@ def test_a_good_kernel_passes():
         ("@viper\ndef f(n: int):\n    pass\n", "nothing else"),
         ("TABLE = [1, 2]\n", "nothing else"),
         ("class A:\n    pass\n", "nothing else"),
+        ("@micropython.viper\ndef f(a, b, c, d, e, f, g, h, i, j, k, l, m):\n    pass\n", "13 arguments"),
         ("@micropython.viper\ndef f(n: int = 3):\n    pass\n", "defaults"),
         ("@micropython.viper\ndef f(p: ptr8, n: int):\n    x = p[n]\n", "outside int()"),
         ("@micropython.viper\ndef f(p: ptr8, n: int):\n    p[n] += 1\n", "p[i] +="),

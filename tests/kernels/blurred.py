@@ -7,6 +7,7 @@ from inputs import words
 from larics.arith.fixed import COSINE, table16
 from larics.arith.tables import RAMP_Q12
 from larics.kernels import blur, polar
+from larics.kernels.layouts import ALONG, BAR, RELS
 
 RAMP = table16(RAMP_Q12)
 LINE_Q8 = 717
@@ -15,26 +16,31 @@ BLURS = ((128, 0), (610, 0), (1332, 3072), (200, 2176))  # sigma, motion
 
 def bars_of(sigma, motion):
     """Bars for 17 rels and the one along a line."""
-    bars = array("H", bytes(2 * 24 * 18))
-    blur.blurred_bars(RAMP, 0, 0, LINE_Q8, motion, sigma, COSINE, 0, 1, 17, 24, 0, bars)
-    blur.blurred_bars(RAMP, 0, 0, 2253, motion, sigma, COSINE, 5, 17, 6, 24, 17 * 24, bars)
+    bars = array("H", bytes(2 * (ALONG + BAR)))
+    blur.blurred_bars(RAMP, 0, 0, LINE_Q8, motion, sigma, COSINE, 0, 1, BAR, 0, bars)
+    blur.blurred_bars(RAMP, 0, 0, 2253, motion, sigma, COSINE, 5, RELS, BAR, ALONG, bars)
     return bars
 
 
 def templates_of(bars):
     """Templates and their sums for 17 rels."""
-    templates = array("H", bytes(2 * 48 * 17))
-    sums = array("i", bytes(4 * 8 * 17))
-    blur.ring_templates(bars, 0, 0, 0, 1, 17, templates, sums)
+    templates = array("H", bytes(2 * 48 * RELS))
+    sums = array("i", bytes(4 * 8 * RELS))
+    blur.ring_templates(bars, 0, 0, 0, 1, templates, sums)
     return templates, sums
 
 
 def folded_of(bars):
     """The same, folded."""
-    templates = array("H", bytes(2 * 48 * 17))
-    sums = array("i", bytes(4 * 8 * 17))
-    blur.fold_templates(bars, 0, 0, 0, 1, 17, templates, sums)
+    templates = array("H", bytes(2 * 48 * RELS))
+    sums = array("i", bytes(4 * 8 * RELS))
+    blur.fold_templates(bars, 0, 0, 0, 1, templates, sums)
     return templates, sums
+
+
+def fan(directions, step, start, first, count):
+    """layouts.FAN"""
+    return array("i", (directions, step, start, first, count))
 
 
 def grey_samples(kind, count, random):

@@ -2,7 +2,7 @@
 
 from array import array
 
-from blurred import BLURS, bars_of
+from blurred import BLURS, bars_of, fan
 from inputs import ints, words
 
 from larics.arith.fixed import COSINE
@@ -10,6 +10,8 @@ from larics.kernels import blurred_lines
 
 REACH = 31
 BIAS = 65536
+CODE = fan(64, 4, 0, 4, 9)
+ZONES = array("i", (0, 4, 0, 4, 5, 0))
 
 
 def code_templates(sigma, motion):
@@ -17,10 +19,9 @@ def code_templates(sigma, motion):
     bars = bars_of(sigma, motion)
     templates = array("H", bytes(2 * 33 * 8))
     for axis in range(4):
-        for zone, (first, count) in enumerate(((4, 4), (8, 5))):
+        for zone in range(2):
             blurred_lines.line_template(
-                bars, 0, 0, axis * 96, 17 * 24, 2150, COSINE, 4, 33, first, count, templates,
-                33 * (2 * axis + zone),
+                bars, 0, 0, axis * 96, 2150, COSINE, CODE, ZONES, 3 * zone, templates, 33 * (2 * axis + zone)
             )  # fmt: skip
     return templates
 

@@ -1,18 +1,25 @@
 """Calls of the kernels in larics.kernels.blurred_lines."""
 
-from blurred import BLURS, KINDS, bars_of, grey_samples
+from array import array
+
+from blurred import BLURS, KINDS, bars_of, fan, grey_samples
 from inputs import ints, words
 
 from larics.arith.fixed import COSINE
+from larics.kernels.layouts import STILL
 
-ALONG = 17 * 24
+TURN = fan(128, 2, 0, 28, 8)
+AROUND = fan(29, 2, 228, 28, 8)
+CODE = fan(64, 4, 0, 4, 9)
+ZONES = array("i", (0, 8, 0, 0, 8, 2, 0, 4, 0, 4, 5, 0))
 
 
 def line_template(random):
     for sigma, motion in BLURS:
         bars = bars_of(sigma, motion)
-        yield bars, 0, 0, 5 * 24, ALONG, 7782, COSINE, 2, 15, 28, 8, words(40, random), 15
-        yield bars, 0, 0, 0, ALONG, 2150, COSINE, 4, 33, 4, 4, words(33, random), 0
+        yield bars, 0, 0, 5 * 24, 7782, COSINE, AROUND, ZONES, 0, words(40, random), 15
+        yield bars, 0, 0, 0, 2150, COSINE, CODE, ZONES, 6, words(33, random), 0
+        yield bars, 0, 0, 24, 2150, COSINE, CODE, ZONES, 9, words(33, random), 0
 
 
 def erase_line(random):
@@ -20,8 +27,8 @@ def erase_line(random):
         for sigma, motion in BLURS:
             for cosine, sine in ((16384, 0), (-11585, 11585)):
                 yield (
-                    grey_samples(kind, 64 * 16, random), 0, 0, 3 * 24, ALONG, 7782, bars_of(sigma, motion),
-                    COSINE, cosine, sine, 13, 16, 16383, 64, 5887,
+                    grey_samples(kind, 64 * 16, random), 0, 0, 3 * 24, 7782, bars_of(sigma, motion), COSINE,
+                    fan(64, 4, 2, 13, 16), cosine, sine, 16383, 5887,
                 )  # fmt: skip
 
 
@@ -30,18 +37,17 @@ def ink_profile(random):
         for sigma, motion in BLURS:
             for levels in (words(64, random, 0, 16383), words(64, random, 1500, 2000)):
                 yield (
-                    grey_samples(kind, 128 * 8, random), 0, 0, 128, 8, 0, 8, levels, -31, 4,
-                    bars_of(sigma, motion), 120, 0 if motion else 1, 28, words(130, random), 2,
-                    words(17, random),
+                    grey_samples(kind, 128 * 8, random), 0, 0, TURN, ZONES, 3, levels, -31,
+                    bars_of(sigma, motion), 15 if motion else STILL, words(130, random), words(17, random),
                 )  # fmt: skip
 
 
 def line_depths(random):
     for low, high in ((32768 - 8191, 32768 + 8191), (32700, 32900), (33768, 33768)):
-        for still in (0, 1):
+        for motion_axis in (25, STILL):
             ink = words(128, random, low, high)
             templates = words(15 * 17, random, 0, 1024)
-            yield ink, 0, 0, 128, templates, 77, 4, 200, still, 0, 127, words(128, random)
+            yield ink, 0, 0, TURN, templates, 77, motion_axis, 0, 127, words(128, random)
 
 
 def deepest(random):

@@ -1,11 +1,25 @@
 """Calls of the kernels in larics.kernels.polar."""
 
-from blurred import BLURS, KINDS, bars_of, grey_samples, templates_of
+from array import array
+
+from blurred import BLURS, KINDS, bars_of, fan, grey_samples, templates_of
 from inputs import frames, ints, words
 
 from larics.arith.fixed import COSINE
+from larics.kernels.layouts import BIAS
 
 WIDTH, HEIGHT = 72, 60
+
+
+def pose(x_q8, y_q8, radius_q8, e1=0, e2=0, hx=0, hy=0):
+    """layouts.CIRCLE"""
+    x_q8, y_q8, e1, e2, hx, hy = [value + BIAS for value in (x_q8, y_q8, e1, e2, hx, hy)]
+    return array("i", (x_q8, y_q8, radius_q8, e1, e2, hx, hy, WIDTH, HEIGHT))
+
+
+def scan(first, pitch, count, least=0, last=0, reference=0):
+    """layouts.SCAN"""
+    return array("i", (first, pitch, count, least, last, reference))
 
 
 def polar_samples(random):
@@ -17,17 +31,17 @@ def polar_samples(random):
             (36 * 256, 30 * 256, 96 * 256, 0, 0, 0, 0, 13, 16, 64, 4),
             (100, 30 * 256, 14 * 256, 0, 0, 0, 0, 0, 20, 64, 4),
         ):
-            yield (
-                frame, 0, 0, 0, WIDTH, HEIGHT, cx, cy, COSINE, directions, step, 228, 15137, 6270, radius, e1,
-                e2, hx, hy, first, count, words(directions * count, random),
-            )  # fmt: skip
+            samples = words(directions * count, random)
+            place = pose(cx, cy, radius, e1, e2, hx, hy)
+            where = fan(directions, step, 228, first, count)
+            yield frame, 0, 0, 0, place, where, COSINE, 15137, 6270, samples
 
 
 def circle_samples(random):
     for frame in frames(WIDTH, HEIGHT, random):
         for cx, cy, first, pitch in ((36 * 256, 30 * 256, 256, 80), (27 * 256 + 77, 31 * 256 + 201, 0, 90)):
             samples = words(32 * 70, random)
-            yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, first, pitch, 70, samples
+            yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, scan(first, pitch, 70), samples
 
 
 def mean_samples(random):
@@ -42,8 +56,8 @@ def sector_radii(random):
         for sigma, motion in BLURS:
             templates, sums = templates_of(bars_of(sigma, motion))
             yield (
-                words(48, random), 0, 0, grey_samples(kind, 32 * 48, random), 48, 12 * 64, 64, 24 * 64,
-                36 * 64, 30 * 64, templates, sums[0], 150, ints(32, random),
+                words(48, random), 0, 0, grey_samples(kind, 32 * 48, random),
+                scan(12 * 64, 64, 48, 24 * 64, 36 * 64, 30 * 64), templates, sums, 150, ints(32, random),
             )  # fmt: skip
 
 

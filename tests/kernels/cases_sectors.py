@@ -6,6 +6,7 @@ from blurred import BLURS, KINDS, bars_of, means_of, templates_of
 from inputs import ints, words
 
 from larics.arith.fixed import COSINE
+from larics.kernels.layouts import STILL
 
 ZERO = 1 << 20
 
@@ -16,7 +17,7 @@ def ring_shifts(random):
             templates, sums = templates_of(bars_of(sigma, motion))
             for radius, least_match in ((6 * 256, 300), (24000, 0)):
                 yield (
-                    means_of(kind, 32, random), 0, 0, templates, sums, 7, 0 if motion else 1, radius, 3072,
+                    means_of(kind, 32, random), 0, 0, templates, sums, 7 if motion else STILL, radius, 3072,
                     least_match, ints(32, random), ints(32, random), words(96, random),
                 )  # fmt: skip
 

@@ -18,9 +18,10 @@ from larics.arith import tables
 from larics.arith.fixed import COSINE, table16
 from larics.kernels import blur as kernels
 
-RELS = const(17)  # angles from the motion, 1/32 of half a turn
-BAR = const(24)  # items of a bar
-ALONG = const(17)  # the bar that holds a line's profile along itself
+_RELS = const(17)  # as in kernels.layouts
+_BAR = const(24)
+_ALONG = const(408)
+_STILL = const(32)
 
 _RAMP = table16(tables.RAMP_Q12)
 _RINGS_BAR = const(13)  # items that the rings alone need
@@ -48,7 +49,7 @@ class BlurModel:
     """The blur of one candidate.
 
     sigma, motion   entries of SIGMAS and MOTIONS; still: whether there is no motion
-    direction       of the motion, 1/32 of half a turn, clockwise from x
+    motion_axis     direction of the motion, 1/32 of half a turn, clockwise from x; 32 when still
     bars            array('H'): profile of a line for each rel, then the one along a line
     templates, sums   of both rings for each rel, as kernels.blur.ring_template writes them
     score           how well they match: sum over 16 sectors of at most 1024 each
@@ -57,16 +58,17 @@ class BlurModel:
     def __init__(self, family, line_mm10):
         outer = family.outer_mm10
         self._line = line_mm10 * _UNITS * 256 // outer
-        self.bars = array("H", bytes(2 * BAR * (RELS + 1)))
-        self.templates = array("H", bytes(2 * 48 * RELS))
-        self.sums = array("i", bytes(4 * 8 * RELS))
+        self.bars = array("H", bytes(2 * (_ALONG + _BAR)))
+        self.templates = array("H", bytes(2 * 48 * _RELS))
+        self.sums = array("i", bytes(4 * 8 * _RELS))
         self._folds = array("H", bytes(2 * 10 * _SECTORS))
         self._powers = array("i", bytes(4 * _SECTORS))
-        self._matches = array("H", bytes(2 * _SECTORS * RELS))
+        self._matches = array("H", bytes(2 * _SECTORS * _RELS))
         self._result = array("i", bytes(4))
         self._tried = -1  # whose folded templates are there
-        self.sigma = self.motion = self.direction = self.score = 0
+        self.sigma = self.motion = self._direction = self.score = 0
         self.still = 1
+        self.motion_axis = _STILL
 
     def memory(self):
         """Bytes of the buffers."""
@@ -75,16 +77,15 @@ class BlurModel:
 
     def prepare(self, sigma, motion, first, step, templates=True):
         """Bars, and templates, of the rels first, first + step, ...; of rel 0 alone when nothing moves."""
-        end = RELS
         if not motion:
             first = 0
-            end = 1
+            step = _RELS
         kernels.blurred_bars(
-            _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, end, BAR,
-            first * BAR, self.bars,
+            _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, _BAR, first * _BAR,
+            self.bars,
         )  # fmt: skip
         if templates:
-            kernels.ring_templates(self.bars, 0, 0, first, step, end, self.templates, self.sums)
+            kernels.ring_templates(self.bars, 0, 0, first, step, self.templates, self.sums)
         self._tried = -1
 
     def search(self, means, again):
@@ -95,13 +96,14 @@ class BlurModel:
         kernels.fold_sectors(means, 0, 0, _SECTORS, self._folds, self._powers)
         self.score = 0
         if again:
-            self._try(self.sigma, self.motion, self.direction)
+            self._try(self.sigma, self.motion, self._direction)
         else:
             for sigma in range(0, len(SIGMAS), 4):
                 if not self._try(sigma, 0, 0) and self.score > _FLOOR * _SECTORS:
                     break
             if self.score < _LEAST_STILL:
                 self.still = 1
+                self.motion_axis = _STILL
                 return False
             if self.score < _STILL_SCORE:
                 farthest = _FARTHEST_MOTION * SIGMAS[self.sigma] * SIGMAS[self.sigma]
@@ -114,6 +116,7 @@ class BlurModel:
         self._try_both(1, 0, 0)
         self._try_motions()
         self.still = 0 if self.motion else 1
+        self.motion_axis = self._direction if self.motion else _STILL
         if self.score < (_LEAST_AGAIN if again else _LEAST_FIRST):
             return False
         self.prepare(self.sigma, self.motion, 1, 2)
@@ -127,8 +130,8 @@ class BlurModel:
 
     def _try_both(self, sigma, motion, direction):
         """Tries what differs by these steps from the best so far, to one side and else to the other."""
-        if not self._try(self.sigma - sigma, self.motion - motion, self.direction - direction & 31):
-            self._try(self.sigma + sigma, self.motion + motion, self.direction + direction & 31)
+        if not self._try(self.sigma - sigma, self.motion - motion, self._direction - direction & 31):
+            self._try(self.sigma + sigma, self.motion + motion, self._direction + direction & 31)
 
     def _try(self, sigma, motion, direction):
         """Tries a blur, in one even direction or in _ANY, and keeps it when it is better; whether it is."""
@@ -137,28 +140,28 @@ class BlurModel:
         templates = self.templates
         sums = self.sums
         first = 0
-        end = 1
+        step = _RELS
         if motion:
             first = 2 - direction & 3
-            end = RELS
+            step = 4
         tried = (sigma << 4 | motion) << 2 | first
         if tried != self._tried:
             self._tried = tried
             kernels.blurred_bars(
-                _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, 4, end, _RINGS_BAR,
-                first * BAR, self.bars,
+                _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, _RINGS_BAR,
+                first * _BAR, self.bars,
             )  # fmt: skip
-            kernels.fold_templates(self.bars, 0, 0, first, 4, end, templates, sums)
+            kernels.fold_templates(self.bars, 0, 0, first, step, templates, sums)
         if direction == _ANY:
             kernels.match_sectors(
-                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 0, 4, RELS, self._matches
+                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 0, 4, self._matches
             )  # fmt: skip
             score = kernels.best_direction(self._matches, 0, 0, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result)
             direction = self._result[0]
         else:
             score = kernels.match_direction(
-                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 4, 2, direction,
-                0 if motion else 1, _FLOOR,
+                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 4, 2,
+                direction if motion else _STILL, _FLOOR,
             )  # fmt: skip
         if motion:
             score -= _MOTION_COST
@@ -167,28 +170,27 @@ class BlurModel:
         self.score = score
         self.sigma = sigma
         self.motion = motion
-        self.direction = direction
+        self._direction = direction
         return True
 
     def rel(self, angle_turn16):
         """The rel of a direction."""
         if self.still:
             return 0
-        rel = ((angle_turn16 >> 7) - (self.direction << 3) + 4) >> 3 & 31
+        rel = ((angle_turn16 >> 7) - (self._direction << 3) + 4) >> 3 & 31
         return 32 - rel if rel > 16 else rel
 
     def across(self, rel):
         """The entry of the bar across a line in a direction of this rel."""
-        return 0 if self.still else (16 - rel) * BAR
+        return 0 if self.still else (16 - rel) * _BAR
 
     def reach(self):
         """How far from its middle a line is dark at most, 1/256 unit."""
         return min(5887, ((self._line + MOTIONS[self.motion]) >> 1) + 3 * SIGMAS[self.sigma])
 
     def put_along(self, length, rel):
-        """Writes the bar along a line of that length (1/256 unit) at ALONG and returns its entry."""
+        """Writes the bar along a line of that length (1/256 unit), at ALONG."""
         kernels.blurred_bars(
-            _RAMP, 0, 0, length, MOTIONS[self.motion], SIGMAS[self.sigma], COSINE, rel, RELS, rel + 1, BAR,
-            ALONG * BAR, self.bars,
+            _RAMP, 0, 0, length, MOTIONS[self.motion], SIGMAS[self.sigma], COSINE, rel, _RELS, _BAR, _ALONG,
+            self.bars,
         )  # fmt: skip
-        return ALONG * BAR

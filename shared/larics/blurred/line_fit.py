@@ -8,12 +8,25 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith.fixed import COSINE, cos_q14, sin_q14
-from larics.blurred.blur_model import RELS
+from larics.blurred.ring_fit import fan
 from larics.kernels import blurred_code as code_kernels
 from larics.kernels import blurred_lines as kernels
 
 POSITIONS = const(8)  # every 45 degrees clockwise from the orientation line; 6, 4 and 2 carry the bits
 BITS = (6, 4, 2)  # most significant first
+
+_RELS = const(17)  # as in kernels.layouts
+_ALONG = const(408)
+_FAN_FIRST = const(3)
+_FAN_ITEMS = const(5)
+_ZONE_ITEMS = const(3)
+
+# first items of zones: the orientation line, its halves, what is beyond it, the code's inner and outer half
+_WHOLE = const(0)
+_INNER_HALF = const(3)
+_OUTER_HALF = const(6)
+_BEYOND_END = const(9)
+_CODE_ZONES = (12, 15)
 
 _DEPTH_BIAS = const(32768)
 _RING = const(24)  # units
@@ -22,6 +35,9 @@ _NEAR_COUNT = const(4)
 _FAR_COUNT = const(5)
 _ROUNDS = const(16)
 _APART = const(10)  # directions between the line and its rival
+_DIRECTIONS = const(128)  # where the line may be
+_CODE_DIRECTIONS = const(64)
+_BEYOND_COUNT = const(2)  # units
 _AROUND = const(29)  # directions sampled around the line
 _MIDDLE = const(14)
 _REACH = const(13)
@@ -52,12 +68,26 @@ class BlurredLines:
         self._orientation_middle_q8 = units_q8(family.orientation_end_mm10 + outer) >> 1
         self._code_q8 = units_q8(family.code_end_mm10 - family.code_start_mm10)
         self._code_middle_q8 = units_q8(family.code_end_mm10 + family.code_start_mm10) >> 1
-        self._first = _RING + (self._orientation_q8 * 84 >> 16)
-        self._count = 6  # to 206 mm: cells begin at 220
+        first = _RING + (self._orientation_q8 * 84 >> 16)
+        count = 6  # to 206 mm: cells begin at 220
         # between the line's end and that of the plate
-        end = units_q8(family.orientation_end_mm10) + 384 >> 8
-        self._beyond = end if (end + 2) << 8 <= units_q8(family.plate_mm10) else 0
-        self._templates = array("H", bytes(2 * 15 * (RELS + 1 >> 1)))
+        beyond = units_q8(family.orientation_end_mm10) + 384 >> 8
+        start = 256 - 2 * _MIDDLE
+        self._turn = fan(_DIRECTIONS, 2, 0, first, count)
+        self._around = fan(_AROUND, 2, start, first, count)
+        self._beyond = None
+        if (beyond + _BEYOND_COUNT) << 8 <= units_q8(family.plate_mm10):
+            self._beyond = fan(_AROUND, 2, start, beyond, _BEYOND_COUNT)
+        self._code = fan(_CODE_DIRECTIONS, 4, 0, _CODE_FROM, _NEAR_COUNT + _FAR_COUNT)
+        # kernels.layouts.ZONE: first unit, number of units, slot; in the order of their names above
+        self._zones = array(
+            "i",
+            (
+                0, count, 0, 0, count >> 1, 0, count >> 1, count >> 1, 0, 0, _BEYOND_COUNT, 0,
+                0, _NEAR_COUNT, 0, _NEAR_COUNT, _FAR_COUNT, _CODE_DIRECTIONS,
+            ),
+        )  # fmt: skip
+        self._templates = array("H", bytes(2 * 15 * (_RELS + 1 >> 1)))
         self._code_templates = array("H", bytes(2 * 33 * 8))
         self._ink = array("H", bytes(256))
         self._depths = array("H", bytes(256))
@@ -75,7 +105,8 @@ class BlurredLines:
 
     def memory(self):
         """Bytes of the buffers."""
-        return 2 * len(self._templates) + 2 * 33 * 8 + 512 + 4 * 81 + 36 * 3 + 16 + 4 + 34 + 4 * POSITIONS
+        items = 4 * _FAN_ITEMS + 6 * _ZONE_ITEMS + 81 + 9 * 3 + 4 + 1 + POSITIONS
+        return 2 * len(self._templates) + 2 * 33 * 8 + 512 + 34 + 4 * items
 
     def prepare(self):
         """Makes the orientation line's templates for the blur that has been found."""
@@ -84,23 +115,23 @@ class BlurredLines:
         if not blur.still:  # the other rels' bars are there since the search
             blur.prepare(blur.sigma, blur.motion, 0, 2, False)
         # every other rel: a line's profile changes slowly with its direction
-        for rel in range(0, 1 if blur.still else RELS, 2):
-            along = blur.put_along(self._orientation_q8, rel)
+        for rel in range(0, 1 if blur.still else _RELS, 2):
+            blur.put_along(self._orientation_q8, rel)
             kernels.line_template(
-                blur.bars, 0, 0, blur.across(rel), along, self._orientation_middle_q8, COSINE, 2, 15,
-                self._first, self._count, self._templates, 15 * (rel >> 1),
+                blur.bars, 0, 0, blur.across(rel), self._orientation_middle_q8, COSINE, self._around,
+                self._zones, _WHOLE, self._templates, 15 * (rel >> 1),
             )  # fmt: skip
 
     def find_orientation(self, frame, rings):
         """Finds the orientation line; False when its place lies outside the frame."""
-        if not rings.sample(frame, self._first, self._count, 128, 2, 0, 16384, 0):
+        if not rings.sample(frame, self._turn, 16384, 0):
             return False
-        self._read_ink(rings, 128, 0, self._count, 0)
+        self._read_ink(rings, self._turn, _WHOLE, 0)
         # directions that share pixels have noise in common
         apart = 1 if rings.radius_q8 > 5120 else 2 if rings.radius_q8 > 2560 else 4
-        self.noise = kernels.ink_noise(self._ink, 0, 0, 128, apart)
-        self._read_depths(128, 0, 0, 127)
-        kernels.deepest(self._depths, 0, 0, 128, _APART, self._result)
+        self.noise = kernels.ink_noise(self._ink, 0, 0, _DIRECTIONS, apart)
+        self._read_depths(self._turn, 0, 0, _DIRECTIONS - 1)
+        kernels.deepest(self._depths, 0, 0, _DIRECTIONS, _APART, self._result)
         self.angle_turn16 = self._result[0] << 9
         self.depth = self._result[1] - _DEPTH_BIAS
         self.rival = self._result[2] - _DEPTH_BIAS
@@ -112,7 +143,7 @@ class BlurredLines:
         for _ in range(turns):
             if not self._sample_around(frame, rings):
                 return False
-            self._read_ink(rings, _AROUND, 0, self._count, self._start_turn16())
+            self._read_ink(rings, self._around, _WHOLE, self._start_turn16())
             kernels.line_turn(self._ink, 0, 0, self._templates, template, _REACH, _MIDDLE, self._result)
             self.angle_turn16 = (self.angle_turn16 + (self._result[0] - 1048576) * 2) & 65535
         return True
@@ -120,35 +151,31 @@ class BlurredLines:
     def measure_orientation(self, rings):
         """Measures the line and its halves in the last samples of `refine_orientation`."""
         self.beyond = 0
-        half = self._count >> 1
-        self._read_ink(rings, _AROUND, 0, self._count, self._start_turn16())
-        self.depth = self._depth_at_middle()
+        self.depth = self._measure(rings, _WHOLE)
         self.residual = kernels.line_residual(
             self._ink, 0, 0, self._templates, self._template(), _REACH, _MIDDLE, self.depth
         )
-        self._read_ink(rings, _AROUND, 0, half, self._start_turn16())
-        self.near = self._depth_at_middle()
-        self._read_ink(rings, _AROUND, half, half, self._start_turn16())
-        self.far = self._depth_at_middle()
+        self.near = self._measure(rings, _INNER_HALF)
+        self.far = self._measure(rings, _OUTER_HALF)
+
+    def _measure(self, rings, zone):
+        """Reads the ink of a zone of the line and returns the depth."""
+        self._read_ink(rings, self._around, zone, self._start_turn16())
+        return self._depth_at_middle()
 
     def _depth_at_middle(self):
-        self._read_depths(_AROUND, self._start_turn16(), _MIDDLE, _MIDDLE)
+        self._read_depths(self._around, self._start_turn16(), _MIDDLE, _MIDDLE)
         return self._depths[_MIDDLE] - _DEPTH_BIAS
 
     def measure_beyond(self, frame, rings):
         """Measures how much more than its skirt of the line lies beyond its end, as far as that is seen."""
         blur = self.blur
         angle = self.angle_turn16
-        first = self._beyond
-        if first and rings.sample(
-            frame, first, 2, _AROUND, 2, 256 - 2 * _MIDDLE, cos_q14(angle), sin_q14(angle)
-        ):
-            kernels.ink_profile(
-                rings.samples, 0, 0, _AROUND, 2, 0, 2, rings.levels, self._start_turn16() >> 7, 4, blur.bars,
-                blur.direction << 3, blur.still, first, self._ink, 0, self._skirts,
-            )  # fmt: skip
-            along = blur.put_along(self._orientation_q8, blur.rel(angle))
-            skirt = blur.bars[along + first - (self._orientation_middle_q8 >> 8)]
+        beyond = self._beyond
+        if beyond and rings.sample(frame, beyond, cos_q14(angle), sin_q14(angle)):
+            self._read_ink(rings, beyond, _BEYOND_END, self._start_turn16())
+            blur.put_along(self._orientation_q8, blur.rel(angle))
+            skirt = blur.bars[_ALONG + beyond[_FAN_FIRST] - (self._orientation_middle_q8 >> 8)]
             self.beyond = self._depth_at_middle() - (skirt * self.depth >> 10)
 
     def _template(self):
@@ -160,43 +187,30 @@ class BlurredLines:
 
     def _sample_around(self, frame, rings):
         angle = self.angle_turn16
-        return rings.sample(
-            frame, self._first, self._count, _AROUND, 2, 256 - 2 * _MIDDLE, cos_q14(angle), sin_q14(angle)
-        )
+        return rings.sample(frame, self._around, cos_q14(angle), sin_q14(angle))
 
-    def _read_ink(self, rings, directions, first, count, angle_turn16):
+    def _read_ink(self, rings, fan, zone, angle_turn16):
         blur = self.blur
         kernels.ink_profile(
-            rings.samples, 0, 0, directions, self._count, first, count, rings.levels, angle_turn16 >> 7, 4,
-            blur.bars, blur.direction << 3, blur.still, self._first + first, self._ink, 0,
-            self._skirts,
+            rings.samples, 0, 0, fan, self._zones, zone, rings.levels, angle_turn16 >> 7, blur.bars,
+            blur.motion_axis, self._ink, self._skirts,
         )  # fmt: skip
 
-    def _read_depths(self, directions, angle_turn16, first, last):
-        blur = self.blur
+    def _read_depths(self, fan, angle_turn16, first, last):
         kernels.line_depths(
-            self._ink, 0, 0, directions, self._templates, angle_turn16 >> 7, 4, blur.direction << 3,
-            blur.still, first, last, self._depths,
+            self._ink, 0, 0, fan, self._templates, angle_turn16 >> 7, self.blur.motion_axis, first, last,
+            self._depths,
         )  # fmt: skip
 
     def read_code(self, frame, rings):
         """Fits the eight positions; False when they lie outside the frame."""
-        blur = self.blur
         angle = self.angle_turn16
-        axes = 1 if blur.still else 4
+        axes = 1 if self.blur.still else 4
         self._prepare_code(axes)
-        pitch = _NEAR_COUNT + _FAR_COUNT
-        if not rings.sample(frame, _CODE_FROM, pitch, 64, 4, 0, cos_q14(angle), sin_q14(angle)):
+        if not rings.sample(frame, self._code, cos_q14(angle), sin_q14(angle)):
             return False
-        first = 0
-        count = _NEAR_COUNT
-        for zone in range(2):
-            kernels.ink_profile(
-                rings.samples, 0, 0, 64, pitch, first, count, rings.levels, angle >> 7, 8, blur.bars,
-                blur.direction << 3, blur.still, _CODE_FROM + first, self._ink, 64 * zone, self._skirts,
-            )  # fmt: skip
-            first += count
-            count = _FAR_COUNT
+        for zone in _CODE_ZONES:
+            self._read_ink(rings, self._code, zone, angle)
         solution = self._solution
         templates = self._code_templates
         reach = self._code_reach
@@ -221,20 +235,16 @@ class BlurredLines:
         self._code_reach = 1
         for axis in range(axes):
             rel = blur.rel(self.angle_turn16 + axis * 8192)
-            along = blur.put_along(self._code_q8, rel)
-            first = _CODE_FROM
-            count = _NEAR_COUNT
-            for zone in range(2):
+            blur.put_along(self._code_q8, rel)
+            for half in range(2):
                 reach = kernels.line_template(
-                    blur.bars, 0, 0, blur.across(rel), along, self._code_middle_q8, COSINE, 4, 33, first,
-                    count, self._code_templates, 33 * (2 * axis + zone),
+                    blur.bars, 0, 0, blur.across(rel), self._code_middle_q8, COSINE, self._code, self._zones,
+                    _CODE_ZONES[half], self._code_templates, 33 * (2 * axis + half),
                 )  # fmt: skip
                 self._code_reach = max(self._code_reach, min(31, reach))
-                first += count
-                count = _FAR_COUNT
 
-    def erase(self, rings, directions, first, count):
-        """Takes the lines found out of the rings' samples."""
+    def erase(self, rings, fan):
+        """Takes the lines found out of the rings' samples of a fan."""
         blur = self.blur
         for position in range(0, POSITIONS, 2):
             if position and self.amounts[position] <= 128:
@@ -242,8 +252,8 @@ class BlurredLines:
             angle = self.angle_turn16 + position * 8192
             rel = blur.rel(angle)
             middle = self._code_middle_q8 if position else self._orientation_middle_q8
-            along = blur.put_along(self._code_q8 if position else self._orientation_q8, rel)
+            blur.put_along(self._code_q8 if position else self._orientation_q8, rel)
             kernels.erase_line(
-                rings.samples, 0, 0, blur.across(rel), along, middle, blur.bars, COSINE, cos_q14(angle),
-                sin_q14(angle), first, count, rings.amplitude, directions, blur.reach(),
+                rings.samples, 0, 0, blur.across(rel), middle, blur.bars, COSINE, fan, cos_q14(angle),
+                sin_q14(angle), rings.amplitude, blur.reach(),
             )  # fmt: skip

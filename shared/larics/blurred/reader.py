@@ -24,6 +24,8 @@ from larics.blurred.line_fit import BlurredLines
 from larics.blurred.ring_fit import BlurredRings
 from larics.marker import verdicts
 
+_ALONG = const(408)  # as in kernels.layouts
+
 _TURNS = const(3)
 _TURNS_AGAIN = const(2)  # with the lines taken out
 _TRIES = const(2)  # the candidate that looks most like rings, and another when it is no marker at all
@@ -178,8 +180,8 @@ class BlurModelReader:
         amplitude = 0
         for rel in (0,) if blur.still else (0, 16):
             # along the radius, which blurs it more than across
-            along = blur.put_along(_CELL_UNITS_Q8, rel)
-            amplitude += blur.bars[along] - blur.bars[along + _BESIDE]
+            blur.put_along(_CELL_UNITS_Q8, rel)
+            amplitude += blur.bars[_ALONG] - blur.bars[_ALONG + _BESIDE]
         if not blur.still:
             amplitude >>= 1
         amplitude = self.rings.amplitude * max(0, amplitude) >> 14

@@ -11,9 +11,30 @@ from larics.arith.fixed import COSINE
 from larics.kernels import polar as kernels
 from larics.kernels import sectors as sector_kernels
 
-DIRECTIONS = const(64)
 SAMPLES = const(2048)
 
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_CIRCLE_X_Q8 = const(0)
+_CIRCLE_Y_Q8 = const(1)
+_CIRCLE_RADIUS_Q8 = const(2)
+_CIRCLE_E1 = const(3)
+_CIRCLE_E2 = const(4)
+_CIRCLE_HX = const(5)
+_CIRCLE_HY = const(6)
+_CIRCLE_WIDTH = const(7)
+_CIRCLE_HEIGHT = const(8)
+_CIRCLE_ITEMS = const(9)
+_FAN_ITEMS = const(5)
+_SCAN_FIRST = const(0)
+_SCAN_PITCH = const(1)
+_SCAN_COUNT = const(2)
+_SCAN_LEAST = const(3)
+_SCAN_LAST = const(4)
+_SCAN_REFERENCE = const(5)
+_SCAN_ITEMS = const(6)
+
+_DIRECTIONS = const(64)
+_DIRECTIONS_FIRST = const(32)  # in the first step
 _FIRST = const(13)  # units between which the rings are looked at
 _COUNT = const(16)
 _COARSE_SIGMA = const(10)  # entries of blur.SIGMAS
@@ -24,21 +45,29 @@ _COARSE_MATCH = const(150)
 _FIRST_MATCH = const(300)
 _MATCH = const(450)
 _GOOD_MATCH = const(640)
-_LEAST_SECTORS = const(12)  # of 32 that must agree, and
+_LEAST_GOOD = const(16)  # sectors of 32 that must look like rings in a step,
+_LEAST_SECTORS = const(12)  # those of each ring that must agree, and
 _LEAST_COARSE = const(6)  # of 16
 _FLOOR_Q10 = const(96)  # a sector this close to the fit is never an outlier
 _STRONGEST_Q14 = const(3500)  # strongest ellipse and perspective
+_RADIUS_LEAST_Q8 = const(1024)
+_RADIUS_MOST_Q8 = const(24000)
 _APART_Q10 = const(10000)  # the rings' centres differ by less, or they are not one marker's
 _NOISE = const(150)  # variance of that difference, in 128ths of the deviations' squares
 _ZERO = const(1048576)  # bias of what the kernels return
 _WIDE = const(4)  # sectors to each side whose light is taken together
 
 
+def fan(directions, step, start, first, count):
+    """kernels.layouts.FAN"""
+    return array("i", (directions, step, start, first, count))
+
+
 class BlurredRings:
     """The pose of one candidate.
 
     x_q10, y_q10          projected centre, 1/1024 px; radius_q8: outer ring, 1/256 px
-    e1, e2, hx, hy        ellipse and perspective, as kernels.polar.polar_samples takes them
+    e1, e2, hx, hy        ellipse and perspective, * 2**14
     ratio_q10             of the rings' radii
     deviation_q10         mean distance of the sectors from the fit, both rings, 1/1024 px
     used_outer, used_inner   sectors that count, of 32
@@ -52,6 +81,13 @@ class BlurredRings:
         self.width = width
         self.height = height
         self.blur = blur
+        self._pose = array("i", bytes(4 * _CIRCLE_ITEMS))
+        self._pose[_CIRCLE_WIDTH] = width
+        self._pose[_CIRCLE_HEIGHT] = height
+        self._scan = array("i", bytes(4 * _SCAN_ITEMS))
+        # one direction in the middle of each sector, and two
+        self._fan_first = fan(_DIRECTIONS_FIRST, 8, 4, _FIRST, _COUNT)
+        self._fan = fan(_DIRECTIONS, 4, 2, _FIRST, _COUNT)
         self.samples = array("H", bytes(2 * SAMPLES))
         self.levels = array("H", bytes(128))
         self._means = array("H", bytes(2 * 544))
@@ -66,14 +102,13 @@ class BlurredRings:
 
     def memory(self):
         """Bytes of the buffers."""
-        return 2 * (SAMPLES + 64 + 544 + 96) + 128 + 128 + 32
+        items = _CIRCLE_ITEMS + _SCAN_ITEMS + 2 * _FAN_ITEMS
+        return 2 * (SAMPLES + 64 + 544 + 96) + 128 + 128 + 32 + 4 * items
 
-    def sample(self, frame, first, count, directions, step, start, cosine, sine):
-        """Samples the units first .. first + count - 1; False when some lie outside the frame."""
+    def sample(self, frame, fan, cosine, sine):
+        """Samples a fan, turned by (cosine, sine) * 2**14; False when some lie outside the frame."""
         return kernels.polar_samples(
-            frame, 0, 0, 0, self.width, self.height, (self.x_q10 + 2) >> 2, (self.y_q10 + 2) >> 2, COSINE,
-            directions, step, start, cosine, sine, self.radius_q8, self.e1, self.e2, self.hx, self.hy, first,
-            count, self.samples,
+            frame, 0, 0, 0, self._pose, fan, COSINE, cosine, sine, self.samples
         )  # fmt: skip
 
     def coarse(self, frame, x_q8, y_q8, radius_min_q8, radius_max_q8):
@@ -92,16 +127,18 @@ class BlurredRings:
         self.e1 = self.e2 = self.hx = self.hy = 0
         self.radius_q8 = (low_q8 + high_q8) >> 1
         blur.prepare(_COARSE_SIGMA_SMALL if radius_min_q8 < _SMALL_Q8 else _COARSE_SIGMA, 0, 0, 1)
-        pitch = max(24, low_q8 // 20)
+        scan = self._scan
+        scan[_SCAN_PITCH] = pitch = max(24, low_q8 // 20)
         first = low_q8 * 13 // 24 // pitch
-        count = high_q8 * 29 // 24 // pitch - first + 2
-        kernels.circle_samples(
-            frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, first * pitch, pitch, count, self.samples
-        )
+        scan[_SCAN_FIRST] = first * pitch
+        scan[_SCAN_COUNT] = high_q8 * 29 // 24 // pitch - first + 2
+        scan[_SCAN_LEAST] = low_q8
+        scan[_SCAN_LAST] = high_q8
+        scan[_SCAN_REFERENCE] = self.radius_q8
+        kernels.circle_samples(frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, scan, self.samples)
         score = kernels.sector_radii(
-            self._means, 0, 0, self.samples, count, first * pitch, pitch, low_q8, high_q8, self.radius_q8,
-            blur.templates, blur.sums[0], _COARSE_MATCH, self._outer,
-        )  # fmt: skip
+            self._means, 0, 0, self.samples, scan, blur.templates, blur.sums, _COARSE_MATCH, self._outer
+        )
         used = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 8, self.radius_q8 // 6, result)
         self.x_q10 += result[1] - _ZERO
         self.y_q10 += result[2] - _ZERO
@@ -124,6 +161,18 @@ class BlurredRings:
         self.e2 = e2
         self.hx = self.hy = 0
         self._local = 1
+        self._put_pose()
+
+    def _put_pose(self):
+        """Writes the pose where the kernels find it."""
+        pose = self._pose
+        pose[_CIRCLE_X_Q8] = ((self.x_q10 + 2) >> 2) + _BIAS
+        pose[_CIRCLE_Y_Q8] = ((self.y_q10 + 2) >> 2) + _BIAS
+        pose[_CIRCLE_RADIUS_Q8] = self.radius_q8
+        pose[_CIRCLE_E1] = self.e1 + _BIAS
+        pose[_CIRCLE_E2] = self.e2 + _BIAS
+        pose[_CIRCLE_HX] = self.hx + _BIAS
+        pose[_CIRCLE_HY] = self.hy + _BIAS
 
     def fit(self, frame, turns, lines):
         """Gauss-Newton steps from the present pose; `lines`, once they are known, are taken out.
@@ -132,12 +181,10 @@ class BlurredRings:
         for turn in range(turns):
             # at first one direction in each of 32 sectors will do
             first = lines is None and turn == 0
-            directions = 32 if first else DIRECTIONS
-            step = 256 // directions
-            if not self.sample(frame, _FIRST, _COUNT, directions, step, step >> 1, 16384, 0):
+            if not self.sample(frame, self._fan_first if first else self._fan, 16384, 0):
                 return False
             if lines is not None:
-                lines.erase(self, directions, _FIRST, _COUNT)
+                lines.erase(self, self._fan)
             kernels.mean_samples(self.samples, 0, 0, 0 if first else _COUNT, 32, _COUNT, self._means)
             if lines is None and turn < 2 and not self.blur.search(self._means, turn):
                 return False
@@ -154,10 +201,10 @@ class BlurredRings:
         result = self._result
         radius_q8 = self.radius_q8
         good = sector_kernels.ring_shifts(
-            self._means, 0, 0, blur.templates, blur.sums, blur.direction, blur.still, radius_q8, limit,
-            least_match, self._outer, self._inner, self._sectors,
+            self._means, 0, 0, blur.templates, blur.sums, blur.motion_axis, radius_q8, limit, least_match,
+            self._outer, self._inner, self._sectors,
         )  # fmt: skip
-        if good < 16:
+        if good < _LEAST_GOOD:
             return False
         self.used_outer = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 5, _FLOOR_Q10, result)
         outer_r = result[0] - _ZERO
@@ -195,7 +242,10 @@ class BlurredRings:
         self.ratio_q10 = ((radius_q8 * 8 // 3 + inner_r) << 10) // max(1, (radius_q8 << 2) + outer_r)
         self.radius_q8 += ((outer_r * 3 + inner_r * 2) // 5 + 2) >> 2
         shape = max(max(abs(self.hx), abs(self.hy)), max(abs(self.e1), abs(self.e2)))
-        return shape <= _STRONGEST_Q14 and 1024 <= self.radius_q8 <= 24000
+        if shape > _STRONGEST_Q14 or not _RADIUS_LEAST_Q8 <= self.radius_q8 <= _RADIUS_MOST_Q8:
+            return False
+        self._put_pose()
+        return True
 
     def _perspective_weight(self, x_q10, y_q10, outer, inner):
         """How much of the distance of the rings' centres is believed, 0..256, given their deviations."""

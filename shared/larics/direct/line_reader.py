@@ -84,8 +84,8 @@ class LineReader:
         shape[_SHAPE_CODE_LAST] = ((family.code_end_mm10 - 20) << 10) // outer
         shape[_SHAPE_CODE_RADII] = _CODE_RADII
         shape[_SHAPE_CODE_OPENING] = _CODE_OPENING
-        self._profile = array("H", bytes(512))
-        self._depths = array("H", bytes(512))
+        self._profile = array("H", bytes(512 // self._stride))
+        self._depths = array("H", bytes(512 // self._stride))
         self._picks = array("i", bytes(8 * _HYPOTHESES))
         self.line = array("i", bytes(4 * _CROSSING_ITEMS))
         self.code = array("i", bytes(4 * _POSITION_ITEMS * POSITIONS))
@@ -94,7 +94,11 @@ class LineReader:
 
     def memory(self):
         """Bytes of the buffers."""
-        return 1024 + 8 * _HYPOTHESES + 4 * (_SHAPE_ITEMS + _CROSSING_ITEMS + _POSITION_ITEMS * POSITIONS)
+        return (
+            4 * len(self._profile)
+            + 8 * _HYPOTHESES
+            + 4 * (_SHAPE_ITEMS + _CROSSING_ITEMS + _POSITION_ITEMS * POSITIONS)
+        )
 
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""

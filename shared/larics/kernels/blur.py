@@ -7,29 +7,35 @@ in 1/1024 of that of a wide line.
 
 Both rings together are symmetric about the unit 20: while the blur is searched for, the units at the same
 distance from it are added up, which makes 9 items of 16.
+
+Bars, templates and sums are made for some rels at once: for rel, rel + step, ... up to 16.
 """
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr16, ptr32
+
+_RELS = const(17)  # as in kernels.layouts
+_BAR = const(24)
+_STILL = const(32)
 
 
 @micropython.viper
 def blurred_bars(
     ramp: ptr16, x: int, total: int, width: int, motion: int, sigma: int, cosines: ptr16, rel: int, step: int,
-    end: int, count: int, slot: int, bars: ptr16,
+    count: int, slot: int, bars: ptr16,
 ) -> int:  # fmt: skip
     """bars[slot + d] = darkness (1/1024) at d units from the middle of a line, d = 0..count - 1.
 
-    For `rel` and a motion at right angles to the line; those for rel + step, rel + 2 step, ... below `end`
-    follow at slot + 24 step, ... . width (of the line) and motion 1..16384, sigma 16..4096, all in 1/256
-    unit; a motion across the line below one unit counts as one. ramp: tables.RAMP_Q12, the gaussian's
-    distribution integrated once: its second difference over width and motion is the blurred line. cosines:
-    tables.COSINE_Q14_BIASED. Returns 0."""
+    For `rel` and a motion at right angles to the line; those for the next rels follow at slot + 24 step, ...
+    width (of the line) and motion 1..16384, sigma 16..4096, all in 1/256 unit; a motion across the line below
+    one unit counts as one. ramp: tables.RAMP_Q12, the gaussian's distribution integrated once: its second
+    difference over width and motion is the blurred line. cosines: tables.COSINE_Q14_BIASED. Returns 0."""
     inverse = (1 << 26) // sigma
     reach = sigma * 3
-    while rel < end:
+    while rel < _RELS:
         across = motion * (int(cosines[rel << 2]) - 32768) >> 14
         if across < 256:
             across = 256
@@ -81,23 +87,23 @@ def blurred_bars(
             bars[i] = total
             i += 1
             distance += 256
-        slot += step * 24
+        slot += step * _BAR
         rel += step
     return 0
 
 
 @micropython.viper
 def ring_templates(
-    bars: ptr16, i: int, value: int, rel: int, step: int, end: int, templates: ptr16, sums: ptr32
+    bars: ptr16, i: int, value: int, rel: int, step: int, templates: ptr16, sums: ptr32
 ) -> int:
-    """What both rings look like at the units 13..28, from lines' profiles: for rel, rel + step, ... < end.
+    """What both rings look like at the units 13..28, from lines' profiles.
 
     bars: 24 items a rel. templates, 48 items a rel: 16 darknesses, 16 derivatives of the outer ring's, 16 of
     the inner ring's, each less their mean + 32768 (1/1024, per unit). sums, 8 items a rel: sums of squares of
     the darkness, of the outer, of the inner derivative, of their product + 2**28, mean darkness.
     Returns 0."""
-    while rel < end:
-        bar = rel * 24
+    while rel < _RELS:
+        bar = rel * _BAR
         slot = rel * 48
         kind = 0
         while kind < 3:
@@ -156,15 +162,15 @@ def ring_templates(
 
 @micropython.viper
 def fold_templates(
-    bars: ptr16, i: int, value: int, rel: int, step: int, end: int, templates: ptr16, sums: ptr32
+    bars: ptr16, i: int, value: int, rel: int, step: int, templates: ptr16, sums: ptr32
 ) -> int:
     """The first 9 items of a rel's template become the darknesses at 0..8 units from the unit 20, unchanged.
 
-    bars, rel, step, end, templates, sums as in ring_templates. sums: the sum of squares of the darkness less
+    bars, rel, step, templates, sums as in ring_templates. sums: the sum of squares of the darkness less
     its mean, as there; items 5 and 6: the sum of the darknesses at all 16 units, and of those 9 items.
     Returns 0."""
-    while rel < end:
-        bar = rel * 24
+    while rel < _RELS:
+        bar = rel * _BAR
         slot = rel * 48
         # in the middle between the rings once, at the unit 28 once, at the others twice
         value = int(bars[bar + 4]) << 1
@@ -230,13 +236,13 @@ def fold_sectors(means: ptr16, i: int, value: int, sectors: int, folds: ptr16, p
 @micropython.viper
 def match_sectors(
     folds: ptr16, i: int, slot: int, templates: ptr16, sectors: int, powers: ptr32, sums: ptr32, rel: int,
-    step: int, end: int, matches: ptr16,
+    step: int, matches: ptr16,
 ) -> int:  # fmt: skip
     """matches[rel * sectors + s] = squared correlation (1/1024) of sector s with the template of `rel`.
 
     0 for rings that are bright; folds and powers as from fold_sectors, templates and sums as from
-    fold_templates, for rel, rel + step, ... below `end`. Returns 0."""
-    while rel < end:
+    fold_templates. Returns 0."""
+    while rel < _RELS:
         slot = rel << 3
         square = (int(sums[slot]) >> 6) + 1
         whole = int(sums[slot + 5])
@@ -288,10 +294,10 @@ def best_direction(
             rel = (offset + sector * step - direction) & 31
             if rel > 16:
                 rel = 32 - rel
-            rel = int(matches[rel * sectors + sector])
-            if rel < floor:
-                rel = floor
-            total += rel
+            match = int(matches[rel * sectors + sector])
+            if match < floor:
+                match = floor
+            total += match
             sector += 1
         if total > best:
             best = total
@@ -303,21 +309,21 @@ def best_direction(
 @micropython.viper
 def match_direction(
     folds: ptr16, i: int, slot: int, templates: ptr16, sectors: int, powers: ptr32, sums: ptr32,
-    step: int, offset: int, direction: int, still: int, floor: int,
+    step: int, offset: int, motion_axis: int, floor: int,
 ) -> int:  # fmt: skip
-    """The sum of matches for one direction of motion; arguments and result as of the two before."""
+    """The sum of matches for one direction of motion or for STILL; the rest as of the two before."""
     total = 0
     sector = 0
     i = 0
     while sector < sectors:
         rel = 0
-        if still == 0:
-            rel = (offset + sector * step - direction) & 31
+        if motion_axis < _STILL:
+            rel = (offset + sector * step - motion_axis) & 31
             if rel > 16:
                 rel = 32 - rel
         slot = rel * 48
-        rel = rel << 3
-        product = (int(sums[rel + 6]) << 14) + (int(folds[i + 9]) * int(sums[rel + 5]) >> 4) - (
+        sum_slot = rel << 3
+        product = (int(sums[sum_slot + 6]) << 14) + (int(folds[i + 9]) * int(sums[sum_slot + 5]) >> 4) - (
             int(folds[i]) * int(templates[slot]) + int(folds[i + 1]) * int(templates[slot + 1])
             + int(folds[i + 2]) * int(templates[slot + 2]) + int(folds[i + 3]) * int(templates[slot + 3])
             + int(folds[i + 4]) * int(templates[slot + 4]) + int(folds[i + 5]) * int(templates[slot + 5])
@@ -327,7 +333,7 @@ def match_direction(
         product = product >> 1
         value = 0
         if product > 0:
-            value = (product << 4) // ((int(sums[rel]) >> 6) + 1)
+            value = (product << 4) // ((int(sums[sum_slot]) >> 6) + 1)
             power = int(powers[sector])
             if power < 1048576:
                 value = value * ((product << 7) // ((power >> 6) + 1)) >> 13

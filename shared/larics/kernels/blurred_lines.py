@@ -6,20 +6,38 @@ its middle; across a line at angle phi it is the profile of the rings at phi + 9
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr16, ptr32
+
+_BAR = const(24)  # as in kernels.layouts
+_ALONG = const(408)
+_STILL = const(32)
+_FAN_DIRECTIONS = const(0)
+_FAN_STEP = const(1)
+_FAN_START = const(2)
+_FAN_FIRST = const(3)
+_FAN_COUNT = const(4)
+_ZONE_FIRST = const(0)
+_ZONE_COUNT = const(1)
+_ZONE_SLOT = const(2)
 
 
 @micropython.viper
 def line_template(
-    bars: ptr16, i: int, value: int, across: int, along: int, middle: int, cosines: ptr16, step: int,
-    directions: int, first: int, count: int, template: ptr16, slot: int,
+    bars: ptr16, i: int, value: int, across: int, middle: int, cosines: ptr16, fan: ptr32, zones: ptr32,
+    zone: int, template: ptr16, slot: int,
 ) -> int:  # fmt: skip
-    """template[slot + k] = mean darkness of a blurred line at units first .. first + count - 1, in direction
-    k * step / 256 turn from its own, k = 0..directions - 1; 0 from where it is below 1/256 on.
+    """template[slot + k] = mean darkness of a blurred line over a zone's units, k directions from its own.
 
-    across, along: entries of the bars across the line and along it, the latter's middle (1/256 unit) from the
-    rings' centre. Returns the farthest direction that is not 0."""
+    For k = 0 to half the directions of the fan (FAN); 0 from where it is below 1/256 on. zones: ZONEs, zone:
+    the first item of one; across: entry of the bar
+    across the line; the one along it is at ALONG, its middle (1/256 unit) from the rings' centre. Returns the
+    farthest direction that is not 0."""
+    directions = (int(fan[_FAN_DIRECTIONS]) >> 1) + 1
+    step = int(fan[_FAN_STEP])
+    first = int(fan[_FAN_FIRST]) + int(zones[zone + _ZONE_FIRST])
+    count = int(zones[zone + _ZONE_COUNT])
     reach = 0
     k = 0
     while k < directions:
@@ -42,7 +60,7 @@ def line_template(
                     if value < 0:
                         value = 0 - value
                     if value < 5888:
-                        i = along + (value >> 8)
+                        i = _ALONG + (value >> 8)
                         part = int(bars[i])
                         part += (int(bars[i + 1]) - part) * (value & 255) >> 8
                         total += part * dark >> 10
@@ -66,19 +84,23 @@ def line_template(
 
 @micropython.viper
 def erase_line(
-    samples: ptr16, i: int, value: int, across: int, along: int, middle: int, bars: ptr16, cosines: ptr16,
-    cosine: int, sine: int, first: int, count: int, amplitude: int, directions: int, reach: int,
+    samples: ptr16, i: int, value: int, across: int, middle: int, bars: ptr16, cosines: ptr16, fan: ptr32,
+    cosine: int, sine: int, amplitude: int, reach: int,
 ) -> int:  # fmt: skip
-    """Brightens `samples` (the middles of `directions` sectors) by what a blurred line has darkened.
+    """Brightens the `samples` of a fan by what a blurred line has darkened.
 
-    The line lies in the direction (cosine, sine) * 2**14; first, count: units of the samples; amplitude: of
-    the rings, 1/16 grey level; reach: distance (1/256 unit, below 5888) from where on the bar across is 0;
-    the rest as in line_template. Returns 0."""
+    The line lies in the direction (cosine, sine) * 2**14; amplitude: of the rings, 1/16 grey level; reach:
+    distance (1/256 unit, below 5888) from where on the bar across is 0; the rest as in line_template.
+    Returns 0."""
+    directions = int(fan[_FAN_DIRECTIONS])
+    step = int(fan[_FAN_STEP])
+    start = int(fan[_FAN_START])
+    first = int(fan[_FAN_FIRST])
+    count = int(fan[_FAN_COUNT])
     k = 0
-    step = 256 // directions
     reach = reach << 6
     while k < directions:
-        i = k * step + (step >> 1)
+        i = k * step + start
         c0 = int(cosines[i]) - 32768
         s0 = 32768 - int(cosines[i + 64])
         x = (c0 * cosine + s0 * sine) >> 14
@@ -100,7 +122,7 @@ def erase_line(
                 if value < 0:
                     value = 0 - value
                 if value < 5888:
-                    i = along + (value >> 8)
+                    i = _ALONG + (value >> 8)
                     part = int(bars[i])
                     part += (int(bars[i + 1]) - part) * (value & 255) >> 8
                     samples[slot] = int(samples[slot]) + ((part * dark >> 10) * amplitude >> 10)
@@ -113,15 +135,21 @@ def erase_line(
 
 @micropython.viper
 def ink_profile(
-    samples: ptr16, i: int, total: int, directions: int, pitch: int, first: int, count: int, levels: ptr16,
-    angle: int, step: int, bars: ptr16, motion: int, still: int, unit: int, ink: ptr16, slot: int,
-    skirts: ptr16,
+    samples: ptr16, i: int, total: int, fan: ptr32, zones: ptr32, zone: int, levels: ptr16, angle: int,
+    bars: ptr16, motion_axis: int, ink: ptr16, skirts: ptr16,
 ) -> int:  # fmt: skip
-    """ink[slot + k] = darkness of `count` samples of direction k less the rings' skirts there + 32768.
+    """ink[slot + k] = darkness of a zone's samples of direction k less the rings' skirts there + 32768.
 
-    samples: `pitch` a direction, the first used one is `first`, which lies at `unit` from the rings' centre;
-    levels: as from sectors.sector_levels; direction k lies at angle + k * step, the motion at `motion` (1/256
-    of half a turn), if not `still`; bars: 24 items a rel; skirts: 17 items, scratch space. Returns 0."""
+    samples: of a fan; zones, zone: as in line_template; levels: as from sectors.sector_levels; direction k
+    lies at angle + 2 k steps (1/256 of half a turn); motion_axis: 1/32 of half a turn or STILL; bars: those
+    of all rels; skirts: 17 items, scratch space. Returns 0."""
+    directions = int(fan[_FAN_DIRECTIONS])
+    step = int(fan[_FAN_STEP]) << 1
+    pitch = int(fan[_FAN_COUNT])
+    base = int(zones[zone + _ZONE_FIRST])
+    unit = int(fan[_FAN_FIRST]) + base
+    count = int(zones[zone + _ZONE_COUNT])
+    slot = int(zones[zone + _ZONE_SLOT])
     i = 0
     while i < 17:
         skirts[i] = 65535
@@ -129,40 +157,40 @@ def ink_profile(
     k = 0
     rel = 0
     skirt = 65535
-    base = first
     while k < directions:
-        if still == 0:
-            rel = ((angle - motion + 4) >> 3) & 31
+        if motion_axis < _STILL:
+            rel = ((angle - (motion_axis << 3) + 4) >> 3) & 31
             if rel > 16:
                 rel = 32 - rel
             skirt = int(skirts[rel])
         if skirt == 65535:
             skirt = 0
-            i = unit - 24
-            j = rel * 24
-            while i < unit + count - 24:
-                total = i
-                if total < 0:
-                    total = 0 - total
-                if total < 24:
-                    skirt += int(bars[j + total])
-                total = i + 8
-                if total < 0:
-                    total = 0 - total
-                if total < 24:
-                    skirt += int(bars[j + total])
-                i += 1
+            off = unit - 24
+            bar = rel * _BAR
+            while off < unit + count - 24:
+                # from the outer ring, and from the inner one
+                distance = off
+                if distance < 0:
+                    distance = 0 - distance
+                if distance < 24:
+                    skirt += int(bars[bar + distance])
+                distance = off + 8
+                if distance < 0:
+                    distance = 0 - distance
+                if distance < 24:
+                    skirt += int(bars[bar + distance])
+                off += 1
             skirt = skirt // count
             skirts[rel] = skirt
         total = 0
         i = base
-        j = base + count
-        while i < j:
+        end = base + count
+        while i < end:
             total += int(samples[i])
             i += 1
-        i = (angle >> 4) & 31
-        total = int(levels[32 + i]) * count - total
-        total = (total << 8) // ((int(levels[i]) * count >> 2) + 1) - skirt
+        sector = (angle >> 4) & 31
+        total = int(levels[32 + sector]) * count - total
+        total = (total << 8) // ((int(levels[sector]) * count >> 2) + 1) - skirt
         if total > 8191:
             total = 8191
         if total < 0 - 8191:
@@ -176,8 +204,8 @@ def ink_profile(
 
 @micropython.viper
 def line_depths(
-    ink: ptr16, i: int, value: int, directions: int, templates: ptr16, angle: int, step: int, motion: int,
-    still: int, first: int, last: int, depths: ptr16,
+    ink: ptr16, i: int, value: int, fan: ptr32, templates: ptr16, angle: int, motion_axis: int, first: int,
+    last: int, depths: ptr16,
 ) -> int:  # fmt: skip
     """depths[k] = how much of a line lies in direction k (1/256 of one) + 32768, for first <= k <= last.
 
@@ -186,11 +214,13 @@ def line_depths(
     turn or all that lies within 9 of first and last;
     templates: 15 items for every other rel, for 0..14 directions from the line; the rest as in ink_profile.
     Returns 0."""
+    directions = int(fan[_FAN_DIRECTIONS])
+    step = int(fan[_FAN_STEP]) << 1
     k = first
     while k <= last:
         rel = 0
-        if still == 0:
-            rel = ((angle + k * step - motion + 4) >> 3) & 31
+        if motion_axis < _STILL:
+            rel = ((angle + k * step - (motion_axis << 3) + 4) >> 3) & 31
             if rel > 16:
                 rel = 32 - rel
         base = (rel >> 1) * 15

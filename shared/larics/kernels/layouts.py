@@ -137,9 +137,8 @@ PLACE_HY_Q14 = const(6)
 PLACE_COSINE_Q14 = const(7)  # direction of the orientation line in the plane of the marker, + BIAS
 PLACE_SINE_Q14 = const(8)
 PLACE_DEPTH = const(9)  # of a dark cell against the white beside it, log units, at least 1
-PLACE_RADII_Q10 = const(
-    10
-)  # for an outer radius of 1024 where they are looked at: two radii beside the cells,
+# for an outer radius of 1024 where they are looked at: two radii beside the cells,
+PLACE_RADII_Q10 = const(10)
 PLACE_BESIDE_2_Q10 = const(11)
 PLACE_CELL_Q10 = const(12)  # and two in them
 PLACE_CELL_2_Q10 = const(13)
@@ -154,3 +153,44 @@ WORD_SECOND = const(2)  # and what the second costs, at least
 WORD_CONTRADICTED = const(3)  # cells that the first contradicts,
 WORD_BLANK = const(4)  # and those that tell nothing
 WORD_ITEMS = const(5)
+
+# The blur-model reader's units of length, bars and directions of motion: see kernels.blur
+RELS = const(17)  # angles from the motion, 1/32 of half a turn: 0..16
+BAR = const(24)  # items of a bar
+ALONG = const(408)  # first item of the bar with a line's profile along itself, after those of all rels
+STILL = const(32)  # direction of motion, 1/32 of half a turn, of what does not move
+
+# CIRCLE, the pose of the rings of a candidate of the blur-model reader (polar.polar_samples)
+CIRCLE_X_Q8 = const(0)  # projected centre, + BIAS
+CIRCLE_Y_Q8 = const(1)
+CIRCLE_RADIUS_Q8 = const(2)  # outer ring, 1024..24576
+CIRCLE_E1 = const(3)  # ellipse * 2**14, within +-4096, + BIAS
+CIRCLE_E2 = const(4)
+CIRCLE_HX = const(5)  # perspective, likewise
+CIRCLE_HY = const(6)
+CIRCLE_WIDTH = const(7)  # of the frame
+CIRCLE_HEIGHT = const(8)
+CIRCLE_ITEMS = const(9)
+
+# FAN, directions from the centre, and the units of radius looked at in each
+FAN_DIRECTIONS = const(0)
+FAN_STEP = const(1)  # between them, 1/256 turn
+FAN_START = const(2)  # the first of them, 1/256 turn
+FAN_FIRST = const(3)  # unit
+FAN_COUNT = const(4)  # of units; first + count <= 48
+FAN_ITEMS = const(5)
+
+# ZONE, some of a fan's units; several lie in one array
+ZONE_FIRST = const(0)  # after the fan's first
+ZONE_COUNT = const(1)
+ZONE_SLOT = const(2)  # the zone's first item in what is made of it
+ZONE_ITEMS = const(3)
+
+# SCAN, radii that are tried on a coarse look at a candidate, 1/256 px
+SCAN_FIRST = const(0)  # distances from the centre: first,
+SCAN_PITCH = const(1)  # step,
+SCAN_COUNT = const(2)  # number
+SCAN_LEAST = const(3)  # outer radii to try
+SCAN_LAST = const(4)
+SCAN_REFERENCE = const(5)  # radius from which shifts are counted
+SCAN_ITEMS = const(6)

@@ -5,29 +5,63 @@ Units as in larics.kernels.blur.
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr8, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_CIRCLE_X_Q8 = const(0)
+_CIRCLE_Y_Q8 = const(1)
+_CIRCLE_RADIUS_Q8 = const(2)
+_CIRCLE_E1 = const(3)
+_CIRCLE_E2 = const(4)
+_CIRCLE_HX = const(5)
+_CIRCLE_HY = const(6)
+_CIRCLE_WIDTH = const(7)
+_CIRCLE_HEIGHT = const(8)
+_FAN_DIRECTIONS = const(0)
+_FAN_STEP = const(1)
+_FAN_START = const(2)
+_FAN_FIRST = const(3)
+_FAN_COUNT = const(4)
+_SCAN_FIRST = const(0)
+_SCAN_PITCH = const(1)
+_SCAN_COUNT = const(2)
+_SCAN_LEAST = const(3)
+_SCAN_LAST = const(4)
+_SCAN_REFERENCE = const(5)
 
 
 @micropython.viper
 def polar_samples(
-    image: ptr8, x: int, y: int, position: int, width: int, height: int, cx: int, cy: int, cosines: ptr16,
-    directions: int, table_step: int, table_first: int, cosine: int, sine: int, radius: int, e1: int, e2: int,
-    hx: int, hy: int, first: int, count: int, samples: ptr16,
+    image: ptr8, x: int, y: int, position: int, pose: ptr32, fan: ptr32, cosines: ptr16, cosine: int,
+    sine: int, samples: ptr16,
 ) -> int:  # fmt: skip
-    """samples[k * count + i] = grey at unit first + i in direction k, interpolated, of an oblique circle.
+    """samples[k * count + i] = grey at unit first + i in direction k of an oblique circle, interpolated.
 
-    cx, cy, radius (1024..24576): 1/256 px; cosines: tables.COSINE_Q14_BIASED, used from entry table_first in
-    steps of table_step, turned by (cosine, sine) * 2**14; e1, e2: the ellipse, hx, hy: the perspective, all
-    * 2**14 and within +-4096. A point u (in radii) in direction v lies at (I + (e1 e2, e2 -e1)) v u (1 + h v
-    u). first + count <= 48. Returns 1, or 0 when a sample would lie outside the frame."""
+    pose: CIRCLE; fan: FAN, turned by (cosine, sine) * 2**14; cosines: tables.COSINE_Q14_BIASED. A point u (in
+    radii) in direction v lies at (I + (e1 e2, e2 -e1)) v u (1 + h v u). Returns 1, or 0 when a sample would
+    lie outside the frame."""
+    width = int(pose[_CIRCLE_WIDTH])
+    height = int(pose[_CIRCLE_HEIGHT])
+    cx = int(pose[_CIRCLE_X_Q8]) - _BIAS
+    cy = int(pose[_CIRCLE_Y_Q8]) - _BIAS
+    radius = int(pose[_CIRCLE_RADIUS_Q8])
+    e1 = int(pose[_CIRCLE_E1]) - _BIAS
+    e2 = int(pose[_CIRCLE_E2]) - _BIAS
+    hx = int(pose[_CIRCLE_HX]) - _BIAS
+    hy = int(pose[_CIRCLE_HY]) - _BIAS
+    directions = int(fan[_FAN_DIRECTIONS])
+    step = int(fan[_FAN_STEP])
+    entry = int(fan[_FAN_START])
+    first = int(fan[_FAN_FIRST])
+    count = int(fan[_FAN_COUNT])
     k = 0
     slot = 0
-    entry = table_first
     while k < directions:
         c0 = int(cosines[entry & 255]) - 32768
         s0 = 32768 - int(cosines[(entry & 255) + 64])
-        entry += table_step
+        entry += step
         c = (c0 * cosine - s0 * sine) >> 14
         s = (s0 * cosine + c0 * sine) >> 14
         dx = c + ((e1 * c + e2 * s) >> 14)
@@ -37,9 +71,9 @@ def polar_samples(
         dy = ((radius * dy) // 24) >> 6
         bend_x = (dx * bend // 24) >> 14
         bend_y = (dy * bend // 24) >> 14
-        i = first + count - 1
-        x = ((cx << 8) + i * dx + i * i * bend_x) >> 16
-        y = ((cy << 8) + i * dy + i * i * bend_y) >> 16
+        last = first + count - 1
+        x = ((cx << 8) + last * dx + last * last * bend_x) >> 16
+        y = ((cy << 8) + last * dy + last * last * bend_y) >> 16
         if x < 0 or y < 0 or x + 1 >= width or y + 1 >= height:
             return 0
         x = (cx << 8) + first * dx + first * first * bend_x
@@ -50,8 +84,8 @@ def polar_samples(
         dy += bend_y * (first + first + 1)
         bend_x += bend_x
         bend_y += bend_y
-        i = slot + count
-        while slot < i:
+        end = slot + count
+        while slot < end:
             position = (y >> 16) * width + (x >> 16)
             fraction = (x >> 8) & 255
             value = int(image[position])
@@ -71,13 +105,16 @@ def polar_samples(
 
 @micropython.viper
 def circle_samples(
-    image: ptr8, x: int, y: int, width: int, cx: int, cy: int, cosines: ptr16, directions: int, first: int,
-    pitch: int, count: int, samples: ptr16,
+    image: ptr8, x: int, y: int, width: int, cx: int, cy: int, cosines: ptr16, directions: int, scan: ptr32,
+    samples: ptr16,
 ) -> int:  # fmt: skip
     """samples[k * count + i] = grey of the pixel at the distance first + i * pitch in direction k + 1/2.
 
-    cx, cy, first, pitch: 1/256 px; directions: a power of two, at most 128; cosines:
-    tables.COSINE_Q14_BIASED. All must lie inside the frame. Returns 0."""
+    scan: SCAN; cx, cy: 1/256 px; directions: a power of two, at most 128; cosines: tables.COSINE_Q14_BIASED.
+    All must lie inside the frame. Returns 0."""
+    first = int(scan[_SCAN_FIRST])
+    pitch = int(scan[_SCAN_PITCH])
+    count = int(scan[_SCAN_COUNT])
     step = 256 // directions
     entry = step >> 1
     slot = 0
@@ -138,18 +175,22 @@ def mean_samples(
 
 @micropython.viper
 def sector_radii(
-    profile: ptr16, position: int, product: int, samples: ptr16, count: int, first: int, pitch: int,
-    least: int, last: int, reference: int, templates: ptr16, square: int, least_match: int, shifts: ptr32,
+    profile: ptr16, position: int, product: int, samples: ptr16, scan: ptr32, templates: ptr16, sums: ptr32,
+    least_match: int, shifts: ptr32,
 ) -> int:  # fmt: skip
     """The outer radius of the rings in every other of 32 sectors, where the template of both correlates best.
 
-    samples: `count` greys in each of 32 directions, from the distance `first` on in steps of `pitch` (1/256
-    px, like the radii); radii from `least` to `last` are tried in steps of 1/20; templates and square: one
-    template of blur.ring_templates and its sum of squares; profile: `count` items, scratch space. shifts: for
-    each sector the distance from the radius `reference` (1/1024 px) + 2**20, or 0 where the correlation's
-    square is below least_match (1/1024). Returns the sum of those squares."""
+    samples: those of `circle_samples` in 32 directions; scan: SCAN, radii are tried in steps of 1/20;
+    templates and sums: one template of blur.ring_templates and its sums; profile: an item a sample, scratch
+    space. shifts: for each sector the distance from the reference (1/1024 px) + 2**20, or 0 where the
+    correlation's square is below least_match (1/1024). Returns the sum of those squares."""
+    count = int(scan[_SCAN_COUNT])
+    first = int(scan[_SCAN_FIRST])
+    pitch = int(scan[_SCAN_PITCH])
+    last = int(scan[_SCAN_LAST])
+    reference = int(scan[_SCAN_REFERENCE])
     whole = 0
-    square = (square >> 6) + 1
+    square = (int(sums[0]) >> 6) + 1
     sector = 0
     while sector < 32:
         left = ((sector + 31) & 31) * count
@@ -166,7 +207,7 @@ def sector_radii(
         best = 0
         best_radius = 0
         most = 0
-        radius = least
+        radius = int(scan[_SCAN_LEAST])
         while radius <= last:
             step = (radius << 8) // (24 * pitch)
             start = 13 * step - (first << 8) // pitch + 128

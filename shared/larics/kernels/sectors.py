@@ -5,28 +5,31 @@ Units as in larics.kernels.blur; sector k lies around the direction (k + 1/2) / 
 
 try:
     import micropython
+    from micropython import const
 except ImportError:
-    from larics._cpython import micropython, ptr16, ptr32
+    from larics._cpython import const, micropython, ptr16, ptr32
+
+_STILL = const(32)  # as in kernels.layouts
 
 
 @micropython.viper
 def ring_shifts(
-    means: ptr16, i: int, value: int, templates: ptr16, sums: ptr32, direction: int, still: int, radius: int,
+    means: ptr16, i: int, value: int, templates: ptr16, sums: ptr32, motion_axis: int, radius: int,
     limit: int, least_match: int, outer: ptr32, inner: ptr32, sectors: ptr16,
 ) -> int:  # fmt: skip
     """How far each of 32 sectors' rings lie outside of where they are expected: one Gauss-Newton step.
 
-    direction: of motion, 1/32 of half a turn; radius: 1/256 px; limit: largest shift that counts, 1/1024
-    unit; least_match: smallest squared correlation (1/1024) that counts; means, templates and sums as in
-    blur.match_sectors. outer, inner: the two rings' shifts (1/1024 px) + 2**20, 0 where they do not count.
-    sectors: 32 amplitudes (1/16 grey level), backgrounds, squared correlations. Returns the number of
-    sectors that match."""
+    motion_axis: direction of motion, 1/32 of half a turn, or STILL; radius: 1/256 px; limit: largest shift
+    that counts, 1/1024 unit; least_match: smallest squared correlation (1/1024) that counts; means, templates
+    and sums as in blur.match_sectors. outer, inner: the two rings' shifts (1/1024 px) + 2**20, 0 where they
+    do not count. sectors: 32 amplitudes (1/16 grey level), backgrounds, squared correlations. Returns the
+    number of sectors that match."""
     good = 0
     sector = 0
     while sector < 32:
         rel = 0
-        if still == 0:
-            rel = (1 + sector + sector - direction) & 31
+        if motion_axis < _STILL:
+            rel = (1 + sector + sector - motion_axis) & 31
             if rel > 16:
                 rel = 32 - rel
         slot = rel * 48
