@@ -23,12 +23,12 @@ _INFO_UNIQUE_ID = const(9)
 
 
 class Actions:
-    """camera, settings, parts, faults   as in app.App; keeper: settings_store.SettingsStore, or None where
+    """watch, settings, parts, faults   as in app.App; keeper: settings_store.SettingsStore, or None where
     settings cannot be kept; board: its name; unique_id: of the processor, bytes. `outbox` is set when it is
     made."""
 
-    def __init__(self, camera, settings, parts, faults, keeper, board, unique_id):
-        self._camera = camera
+    def __init__(self, watch, settings, parts, faults, keeper, board, unique_id):
+        self._watch = watch
         self._settings = settings
         self._parts = parts
         self._faults = faults
@@ -39,7 +39,8 @@ class Actions:
 
     def info(self, values):
         values[_INFO_VERSION_MAJOR], values[_INFO_VERSION_MINOR], values[_INFO_VERSION_PATCH] = VERSION
-        values[_INFO_WIDTH], values[_INFO_HEIGHT] = self._camera.width, self._camera.height
+        camera = self._watch.camera
+        values[_INFO_WIDTH], values[_INFO_HEIGHT] = camera.width, camera.height
         values[_INFO_SETTINGS] = max(entry.key for entry in FIELDS)
         values[_INFO_BOARD] = padded(self._board, 16)
         values[_INFO_UNIQUE_ID] = padded(self._unique_id, 12)
@@ -55,7 +56,7 @@ class Actions:
         return self._keeper is not None and self._keeper.save(self._settings)
 
     def raw_frame(self):
-        camera = self._camera
+        camera = self._watch.camera
         if not camera.frame:
             return None
         try:
@@ -66,7 +67,7 @@ class Actions:
             self._faults.report(m.FAULT_MEMORY)
             return None
         self._copy[:] = camera.frame
-        return self._copy, camera.width, camera.height, camera.frame_number & m.COUNT_MAX
+        return self._copy, camera.width, camera.height, self._watch.frame_number
 
 
 def padded(text, size):

@@ -50,7 +50,7 @@ class App:
         started = self._start(camera)
         self.watch = CameraWatch(camera, self.faults, clock, started)
         self.parts = Parts(settings, camera, self.faults, detector)
-        self.actions = Actions(camera, settings, self.parts, self.faults, keeper, board, unique_id)
+        self.actions = Actions(self.watch, settings, self.parts, self.faults, keeper, board, unique_id)
         raw = RawSender()
         uptime = Uptime()
         self.commands = Commands(settings, raw, self.actions, boot, uptime)

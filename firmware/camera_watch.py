@@ -2,19 +2,25 @@
 
 import gc
 
+from larics.locate.localizer import SILENT_US
 from larics.wire import messages as m
 
-TIMEOUT_MS = 1000
+_TIMEOUT_MS = SILENT_US // 1000
 _RETRY_MS = 2000
 
 
 class CameraWatch:
-    """`camera`: driver, see cameras; `started`: whether its start succeeded. `missed` counts the frames that
-    the camera made and nobody fetched."""
+    """camera         driver, see cameras; started: whether its start succeeded
+    frame_number   of the newest frame: goes on where a driver that was started again begins anew, so that it
+                   never goes back before 2**30 frames
+    missed         counts the frames that the camera made and nobody fetched
+    """
 
     def __init__(self, camera, faults, clock, started=True):
         self.camera = camera
+        self.frame_number = -1
         self.missed = 0
+        self._driver_number = -1  # the same as the driver counts it
         self._faults = faults
         self._clock = clock
         self._started = started
@@ -31,10 +37,9 @@ class CameraWatch:
             if camera.grab():
                 self._frame_ms = now_ms
                 faults.end(m.FAULT_CAMERA_TIMEOUT)
-                self.missed = (self.missed + camera.skipped - self._skipped) & m.COUNT_MAX
-                self._skipped = camera.skipped
+                self._count()
                 return True
-            if camera.ended or clock.ticks_diff(now_ms, self._frame_ms) < TIMEOUT_MS:
+            if camera.ended or clock.ticks_diff(now_ms, self._frame_ms) < _TIMEOUT_MS:
                 return False
             faults.begin(m.FAULT_CAMERA_TIMEOUT)
         except MemoryError:
@@ -47,6 +52,15 @@ class CameraWatch:
         self._frame_ms = clock.ticks_add(now_ms, -_RETRY_MS)  # at once, the first time
         return False
 
+    def _count(self):
+        """Takes over the driver's numbers, as far as they go up."""
+        camera = self.camera
+        steps = camera.frame_number - self._driver_number
+        self._driver_number = camera.frame_number
+        self.frame_number = (self.frame_number + max(1, steps)) & m.COUNT_MAX
+        self.missed = (self.missed + max(0, camera.skipped - self._skipped)) & m.COUNT_MAX
+        self._skipped = camera.skipped
+
     def _restart(self, now_ms):
         if self._clock.ticks_diff(now_ms, self._frame_ms) < _RETRY_MS:
             return False
@@ -58,6 +72,7 @@ class CameraWatch:
         try:
             camera.start()
             self._skipped = 0
+            self._driver_number = camera.frame_number
             self._started = True
             faults.report(m.FAULT_CAMERA_RESET)
         except Exception:

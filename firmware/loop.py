@@ -76,7 +76,7 @@ class Loop:
 
     def _show(self, now_ms):
         app = self._app
-        state = app.parts.sensor.state(now_ms)
+        state = app.parts.sensor.state(now_ms, self._clock.ticks_us())
         elapsed_ms = self._clock.ticks_diff(now_ms, self._shown_ms)
         self._shown_ms = now_ms
         app.leds.show(state == m.TRACKING, state == m.COASTING, app.faults.active, elapsed_ms)
@@ -111,8 +111,9 @@ class Loop:
             gc.collect()
             return False
         except Exception:
-            app.faults.report(m.FAULT_DETECT)
+            app.faults.begin(m.FAULT_DETECT)  # until a frame is processed
             return False
+        app.faults.end(m.FAULT_DETECT)
         detect_us = clock.ticks_diff(clock.ticks_us(), start_us)
         count = sensor.place(found)
         app.status.frame_done(count, sensor.rejected, detect_us)
@@ -138,7 +139,7 @@ class Loop:
     def _report(self, count):
         clock, app = self._clock, self._app
         reports, sensor, camera = app.reports, app.parts.sensor, app.watch.camera
-        frame = camera.frame_number & m.COUNT_MAX
+        frame = app.watch.frame_number
         now_us = clock.ticks_us()
         age_us = max(0, clock.ticks_diff(now_us, camera.capture_us))
         if not count:

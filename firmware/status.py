@@ -43,6 +43,7 @@ _STATUS_CLAMPED = const(25)
 VERSION = tuple(int(part) for part in larics.__version__.split("."))
 
 _HEAP_EVERY = 10  # statuses: looking for free memory walks the whole heap
+_MEASURED_US = 500000  # a rate of less would be that of the start, not of the camera
 _GREY_PIXELS = 256  # how many pixels the mean grey is taken from
 
 
@@ -106,14 +107,15 @@ class Status:
         values[_STATUS_FAULTS] = faults.total
         values[_STATUS_LAST_FAULT] = faults.last
         values[_STATUS_ACTIVE_FAULTS] = faults.active
-        values[_STATUS_STATE] = app.parts.sensor.state(now_ms)
+        values[_STATUS_STATE] = app.parts.sensor.state(now_ms, self._clock.ticks_us())
         values[_STATUS_EXPOSURE_US] = camera.exposure()
         values[_STATUS_GAIN_CDB] = camera.gain()
-        values[_STATUS_GREY_MEAN] = mean_grey(camera.frame)
-        values[_STATUS_RATE_CHZ] = frames * 100000 // max(1, second_us // 1000)
-        values[_STATUS_FRAME_US] = second_us // frames if frames else 0
-        values[_STATUS_DETECT_US] = self._detect_us // frames if frames else 0
-        values[_STATUS_LATENCY_US] = outbox.worst_age_us
+        values[_STATUS_GREY_MEAN] = mean_grey(camera.frame) if camera.frame else m.GREY_UNKNOWN
+        measured = second_us >= _MEASURED_US
+        values[_STATUS_RATE_CHZ] = frames * 100000 // (second_us // 1000) if measured else m.RATE_UNKNOWN
+        values[_STATUS_FRAME_US] = second_us // frames if frames and measured else m.TIME_UNKNOWN
+        values[_STATUS_DETECT_US] = self._detect_us // frames if frames else m.TIME_UNKNOWN
+        values[_STATUS_LATENCY_US] = outbox.worst_age_us or m.TIME_UNKNOWN
         values[_STATUS_FREE_BYTES] = self._free_bytes
         values[_STATUS_UNANSWERED] = app.commands.unanswered
         values[_STATUS_CLAMPED] = app.encoder.clamped
@@ -123,9 +125,7 @@ class Status:
 
 
 def mean_grey(frame):
-    """Mean of evenly spread pixels, 0 without a frame."""
-    if not frame:
-        return 0
+    """Mean of evenly spread pixels."""
     step = max(1, len(frame) // _GREY_PIXELS) | 1  # odd, so that it meets every column
     total = count = place = 0
     while place < len(frame):

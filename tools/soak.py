@@ -26,6 +26,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "shared"), str(ROOT / "host")]
 from larics_host.connection.byte_sources import SerialSource  # noqa: E402
 from larics_host.connection.pty_pair import PtyPair  # noqa: E402
 from larics_host.connection.receiver import Receiver  # noqa: E402
+from larics_host.connection.records import known  # noqa: E402
 from larics_host.flash import build  # noqa: E402
 from larics_host.render import render_view  # noqa: E402
 from larics_host.render.camera import Camera, Motion  # noqa: E402
@@ -88,7 +89,7 @@ def run(frames, heap_bytes):
             while process.poll() is None and not (statuses and statuses[-1]["frames"] >= frames):
                 for message in receiver.feed(source.read(), time.monotonic() - start_s):
                     first_s = first_s or message.time_s
-                    if message.name == "STATUS":
+                    if message.name == "STATUS" and known(message.fields, "latency_us"):  # not before a frame
                         statuses.append(dict(message.fields._asdict(), time_s=message.time_s))
                         log.write(json.dumps(statuses[-1]) + "\n")
         code = process.poll()

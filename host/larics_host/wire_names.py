@@ -21,6 +21,19 @@ UNKNOWN = {
     "way_mm": m.WAY_UNKNOWN,
     "route_position": m.ROUTE_NONE,
     "next_cdeg": m.DIRECTION_NONE,
+    "x_mm10": m.PLACE_UNKNOWN,
+    "y_mm10": m.PLACE_UNKNOWN,
+    "heading_cdeg": m.HEADING_UNKNOWN,
+    "grey_mean": m.GREY_UNKNOWN,
+    "rate_chz": m.RATE_UNKNOWN,
+    "frame_us": m.TIME_UNKNOWN,
+    "detect_us": m.TIME_UNKNOWN,
+    "latency_us": m.TIME_UNKNOWN,
+}
+# flag of a MARKER -> fields that are unknown then, and 0 on the wire
+UNKNOWN_BY_FLAG = {
+    m.MARKER_NO_OFFSET: ("x_mm10", "y_mm10", "z_mm10"),
+    m.MARKER_NONE: ("x_mm10", "y_mm10", "z_mm10", "heading_cdeg", "margin", "radius_q8"),
 }
 
 # (group, ((name, number, meaning), ...))
@@ -40,7 +53,7 @@ ENUMS = (
     (
         "POSE state",
         (
-            ("LOST", m.LOST, "no usable pose; x, y, heading are the last known ones"),
+            ("LOST", m.LOST, "no usable pose; x, y, heading and sigma are unknown"),
             ("COASTING", m.COASTING, "predicted from earlier markers"),
             ("TRACKING", m.TRACKING, "measured in this frame"),
             ("CARRIED", m.CARRIED, "carried on by the vehicle's odometry from earlier markers"),
@@ -70,6 +83,15 @@ ENUMS = (
             ("SIGMA_UNKNOWN", m.SIGMA_UNKNOWN, "sigma: unknown or larger than can be told"),
             ("AGE_UNKNOWN", m.AGE_UNKNOWN, "marker_age_ms: no marker yet, or older than can be told"),
             ("WAY_UNKNOWN", m.WAY_UNKNOWN, "way_mm: no odometry, or longer than can be told"),
+            ("PLACE_UNKNOWN", m.PLACE_UNKNOWN, "x, y of POSE: LOST"),
+            ("HEADING_UNKNOWN", m.HEADING_UNKNOWN, "heading of POSE: LOST"),
+            (
+                "TIME_UNKNOWN",
+                m.TIME_UNKNOWN,
+                "times of STATUS: no frame in this second, or longer",
+            ),
+            ("RATE_UNKNOWN", m.RATE_UNKNOWN, "rate: no second has passed yet"),
+            ("GREY_UNKNOWN", m.GREY_UNKNOWN, "grey_mean: no frame yet"),
         ),
     ),
     (

@@ -1,6 +1,6 @@
 """Each fault injected into the whole program: counted, reported with its code, and recovered from."""
 
-from board_parts import Clock, Uart, make_app, marker
+from board_parts import Clock, Uart, make_app, marker, plain
 
 from atomic_file import AtomicFile, seal
 from cameras import CameraError
@@ -8,7 +8,7 @@ from faults import Faults
 from larics.settings import VERSION, Settings
 from larics.wire import messages as m
 from settings_store import SettingsStore
-from wire_values import at
+from wire_values import at, named
 
 FAULTS = at(m.STATUS, "faults")
 LAST = at(m.STATUS, "last_fault")
@@ -23,8 +23,9 @@ class Camera:
     adjustable = False
     width, height = 160, 120
 
-    def __init__(self, frame):
+    def __init__(self, frame, clock):
         self.picture = frame
+        self.clock = clock
         self.frame = None
         self.frame_number = -1
         self.skipped = 0
@@ -47,6 +48,7 @@ class Camera:
             return False
         self.frame = self.picture
         self.frame_number += 1
+        self.capture_us = self.clock.ticks_us()
         return True
 
     def exposure(self, us=None):
@@ -63,7 +65,7 @@ def program(settings=None, **options):
     """(app, camera, uart, clock) of a program that sees a marker."""
     clock = Clock(step_us=50)
     uart = Uart(collect=True)
-    camera = Camera(PICTURE)
+    camera = Camera(PICTURE, clock)
     app = make_app((), uart, settings, clock=clock, camera=camera, **options)
     return app, camera, uart, clock
 
@@ -127,7 +129,8 @@ def test_camera_that_raises_is_started_again_and_the_status_goes_on():
 def test_a_camera_that_is_missing_at_the_start_may_come_later():
     from app import App
 
-    clock, uart, camera = Clock(step_us=50), Uart(collect=True), Camera(PICTURE)
+    clock, uart = Clock(step_us=50), Uart(collect=True)
+    camera = Camera(PICTURE, clock)
     camera.start_error = OSError(19)
     values = {"method": "paper", "radius_min_px": 15, "radius_max_px": 25, "width": 160, "height": 120}
     app = App(Settings(values), camera, uart, "test", clock=clock)
@@ -155,22 +158,157 @@ def test_line_that_takes_nothing_or_fails():
     assert frames[-1] - frames[0] > len(frames) + 100
 
 
+MAP = {"method": "larics", "focal_q8": 200 * 256, "ceiling_mm10": 15000, "map": [[5, 0, 0, 0, 0, 0]]}
+
+
+def state_of(app, clock):
+    return app.parts.sensor.state(clock.ticks_ms(), clock.ticks_us())
+
+
+class Lights:
+    """Instead of LEDs: what they were told last."""
+
+    def show(self, tracking, coasting, active_faults, elapsed_ms):
+        self.shown = (tracking, coasting)
+
+
+class Broken:
+    """A detector that fails, whatever it is shown."""
+
+    def detect(self, frame):
+        raise ValueError("wrong")
+
+
+def states_by_time(settings, trouble, seconds=4):
+    """[(ms since the trouble began, state)] at each change; LEDs and STATUS must tell the same."""
+    lights = Lights()
+    app, camera, uart, clock = program(settings, leds=lights)
+    steps(app, clock, 500)
+    assert state_of(app, clock) == m.TRACKING
+    trouble(app, camera)
+    begin_us, changes = clock.now_us, []
+    while clock.now_us < begin_us + 1000000 * seconds:
+        app.loop.step()
+        state = state_of(app, clock)
+        assert lights.shown == (state == m.TRACKING, state == m.COASTING)
+        if not changes or state != changes[-1][1]:
+            changes.append(((clock.now_us - begin_us) // 1000, state))
+        clock.now_us += 10000
+    assert last_status(uart)[STATE] == changes[-1][1]
+    return changes
+
+
+def silence(app, camera):
+    camera.silent = True
+
+
+def break_detector(app, camera):
+    app.parts.sensor.detector = Broken()
+
+
+def take_detector(app, camera):
+    app.parts.sensor.detector = None
+
+
+def test_the_state_follows_the_time_when_no_frame_is_processed():
+    for trouble in (silence, break_detector, take_detector):
+        (_, first), (lost_ms, last) = states_by_time(None, trouble)
+        assert (first, last) == (m.TRACKING, m.LOST) and 980 <= lost_ms <= 1050, (trouble, lost_ms)
+        found = states_by_time(MAP, trouble)
+        assert [state for _, state in found] == [m.TRACKING, m.COASTING, m.LOST]
+        assert 960 <= found[1][0] <= 1050 and 2960 <= found[2][0] <= 3050, found
+
+
+def test_a_camera_silent_for_a_minute_is_lost_with_a_fault_all_the_time():
+    app, camera, uart, clock = program(MAP)
+    steps(app, clock, 1000)
+    camera.silent = True
+    steps(app, clock, 60000)
+    told = uart.of(m.STATUS)[-55:]
+    assert {status[STATE] for status in told} == {m.LOST}
+    assert {status[ACTIVE] for status in told} == {1 << m.FAULT_CAMERA_TIMEOUT}
+
+
+def test_the_state_is_told_in_every_encoding():
+    for output, tracking, lost in (
+        ("nmea", b",T,", b",L,"),
+        ("mavlink", b"\x12\x08\0\x04\x03", b"\x12\x08\0\x03\x03"),
+    ):
+        app, camera, uart, clock = program({"output": output})
+        steps(app, clock, 1500)
+        assert bytes(uart.sent).rfind(tracking) > bytes(uart.sent).rfind(lost)
+        camera.silent = True
+        steps(app, clock, 5000)
+        assert bytes(uart.sent).rfind(lost) > bytes(uart.sent).rfind(tracking)
+
+
+def test_a_pose_of_the_time_before_the_clock_went_round_is_not_taken_for_new():
+    app, camera, uart, clock = program(MAP)
+    steps(app, clock, 500)
+    camera.silent = True
+    for _ in range(110):  # 1100 s: more than 2**30 us
+        steps(app, clock, 20)
+        clock.now_us += 10000000
+    camera.silent, camera.picture = False, plain(120)
+    steps(app, clock, 4000)
+    assert app.parts.sensor.navigator.pose.age_us == m.COUNT_MAX and state_of(app, clock) == m.LOST
+
+
+def test_frame_numbers_go_on_when_the_camera_is_started_again():
+    app, camera, uart, clock = program()
+    steps(app, clock, 1000)
+    camera.silent = True
+    steps(app, clock, 3500)
+    camera.silent = False
+    steps(app, clock, 2000)
+    assert camera.started > 1 and camera.frame_number < app.watch.frame_number
+    frames = [values[at(m.MARKER, "frame")] for values in uart.of(m.MARKER)]
+    assert frames == list(range(len(frames))) and app.watch.missed == 0
+
+
+def test_what_is_not_yet_known_is_said_so():
+    app, camera, uart, clock = program(MAP)
+    camera.silent = True
+    app.loop.step()
+    clock.now_us += 100000
+    app.loop.step()
+    first = named(m.STATUS, uart.of(m.STATUS)[0])
+    assert first["rate_chz"] == m.RATE_UNKNOWN and first["grey_mean"] == m.GREY_UNKNOWN
+    assert first["frame_us"] == first["detect_us"] == first["latency_us"] == m.TIME_UNKNOWN
+    steps(app, clock, 950)
+    second = named(m.STATUS, last_status(uart))
+    assert second["rate_chz"] == 0 and second["latency_us"] == m.TIME_UNKNOWN
+    camera.silent, camera.picture = False, plain(120)
+    steps(app, clock, 1500)
+    told = named(m.STATUS, last_status(uart))
+    assert 5000 < told["rate_chz"] < 10000 and told["grey_mean"] == 120 and told["detect_us"] < 1000000
+    lost = named(m.POSE, uart.of(m.POSE)[-1])
+    assert (lost["state"], lost["marker_age_ms"], lost["id"]) == (m.LOST, m.AGE_UNKNOWN, m.ID_NONE)
+    assert lost["x_mm10"] == lost["y_mm10"] == m.PLACE_UNKNOWN and lost["heading_cdeg"] == m.HEADING_UNKNOWN
+    assert app.encoder.clamped == 0
+
+
+def test_a_driver_that_counts_backwards_is_not_followed():
+    app, camera, uart, clock = program()
+    steps(app, clock, 300)
+    camera.frame_number = 3  # what some module does by itself
+    steps(app, clock, 300)
+    frames = [values[at(m.MARKER, "frame")] for values in uart.of(m.MARKER)]
+    assert frames == list(range(len(frames)))
+
+
 def test_an_exception_in_the_detection_costs_its_frame():
     app, _, uart, clock = program()
     real = app.parts.sensor.detector
-
-    class Broken:
-        def detect(self, frame):
-            raise ValueError("wrong")
-
     steps(app, clock, 300)
     app.parts.sensor.detector = Broken()
     before = markers(uart)
     steps(app, clock, 1200)
-    assert app.faults.last == m.FAULT_DETECT and markers(uart) <= before + 1
+    assert app.faults.active == 1 << m.FAULT_DETECT and markers(uart) <= before + 1
     app.parts.sensor.detector = real
     steps(app, clock, 1000)
     assert markers(uart) > before + 20 and last_status(uart)[LAST] == m.FAULT_DETECT
+    assert last_status(uart)[ACTIVE] == 0
 
 
 def test_memory_that_runs_out_is_collected():
@@ -250,7 +388,7 @@ def test_an_unconfirmed_id_is_not_tracking():
     states = []
     while len(states) < 4:
         if app.loop.step():
-            states.append(app.parts.sensor.state(clock.ticks_ms()))
+            states.append(state_of(app, clock))
     assert states == [m.LOST, m.LOST, m.TRACKING, m.TRACKING]
 
 

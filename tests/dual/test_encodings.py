@@ -72,6 +72,22 @@ def test_lines_of_text():
     assert encoder.encode(m.ACK, [1, 2]) == 0
 
 
+def test_what_is_unknown_stays_empty():
+    encoder = NmeaEncoder()
+    lost = message_values(
+        m.POSE, frame=7, age_us=9000, marker_age_ms=m.AGE_UNKNOWN, state=m.LOST, id=m.ID_NONE,
+        x_mm10=m.PLACE_UNKNOWN, y_mm10=m.PLACE_UNKNOWN, heading_cdeg=m.HEADING_UNKNOWN,
+        sigma_x_mm10=m.SIGMA_UNKNOWN, sigma_y_mm10=m.SIGMA_UNKNOWN, sigma_cdeg=m.SIGMA_UNKNOWN,
+        way_mm=m.WAY_UNKNOWN, route_position=m.ROUTE_NONE, next_cdeg=m.DIRECTION_NONE,
+    )  # fmt: skip
+    assert text(encoder, m.POSE, lost) == "PLRCP,7,9.0,,L" + 11 * ","
+    status = message_values(
+        m.STATUS, grey_mean=m.GREY_UNKNOWN, rate_chz=m.RATE_UNKNOWN, frame_us=m.TIME_UNKNOWN,
+        detect_us=m.TIME_UNKNOWN, latency_us=m.TIME_UNKNOWN, free_bytes=9,
+    )  # fmt: skip
+    assert ",0,0.00,,,,,,9,0,0" in text(encoder, m.STATUS, status)
+
+
 def test_the_longest_lines_fit():
     encoder = NmeaEncoder()
     for number in (m.MARKER, m.POSE, m.MOTION, m.STATUS):

@@ -147,7 +147,7 @@ def test_the_line_rate_costs_neither_pose_nor_route():
     app.settings.set("rate_divider", 2)
     app.actions.settings_changed("rate_divider")
     assert app.outbox.divider == 2 and app.parts.sensor.navigator is navigator
-    assert app.parts.sensor.state(0) == 2
+    assert app.parts.sensor.navigator.pose.state == 2
 
 
 def test_every_field_declares_something():

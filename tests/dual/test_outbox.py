@@ -1,11 +1,12 @@
 """The outbox: the newest measurement wins, raw chunks only in leftover line time, nothing allocated."""
 
 from larics.device.measurements import MARKERS_MOST
-from larics.device.outbox import Outbox
+from larics.device.outbox import Outbox, Uptime
 from larics.device.raw_frame import RawSender
 from larics.wire import codec as p
 from larics.wire import messages as m
-from wire_values import changed, message_values, named
+from larics.wire.mavlink import MavlinkEncoder
+from wire_values import at, changed, message_values, named
 
 try:
     from micropython import heap_lock, heap_unlock
@@ -186,6 +187,30 @@ def test_all_markers_that_a_frame_can_have_fit_beside_the_pose():
     found = line.messages()
     assert [values["index"] for number, _, values in found if number == m.MARKER] == list(range(MARKERS_MOST))
     assert found[-1][0] == m.POSE and len(found) == MARKERS_MOST + 1
+
+
+def times_us(line):
+    """The times in the MAVLink 2 messages that tell one."""
+    found = []
+    for _, data in line.sent:
+        if data[0] == 0xFD and data[7] in (149, 102):  # LANDING_TARGET, VISION_POSITION_ESTIMATE
+            found.append(sum([data[10 + k] << 8 * k for k in range(8)]))
+    return found
+
+
+def test_mavlink_messages_of_a_frame_have_its_one_time():
+    for polls in (4, 8):
+        uptime = Uptime()
+        line, outbox, _, _ = make(115200, uptime=uptime, measurements=MavlinkEncoder(uptime))
+        line.now_us = 5000000
+        outbox.poll(line.now_us)
+        uptime.s, uptime.us = 5, 0
+        run(line, outbox, 12, polls, markers=3, frame_us=100000)
+        found = times_us(line)
+        assert len(found) == 4 * 12
+        for frame in range(12):
+            taken_us = 5000000 + 100000 * frame - MARKER[at(m.MARKER, "age_us")]
+            assert found[4 * frame : 4 * frame + 4] == [taken_us] * 4, (polls, frame)
 
 
 def test_idle_tells_when_a_restart_is_possible():

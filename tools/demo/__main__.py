@@ -114,7 +114,8 @@ def print_summary(total, statuses, bytes_sent):
         ("position error in the map", total.positions_mm, "mm"),
     ):
         say("  %-25s median %.2f %s, 95 %% below %.2f %s" % (name, *join(compare.spread(values), unit)))
-    busy = [status for status in statuses if status["rate_chz"] and status["detect_us"]][1:] or statuses
+    needed = ("rate_chz", "detect_us", "latency_us")
+    busy = [status for status in statuses if all(status[name] for name in needed)][1:]
     if busy:
         middle = sorted(busy, key=lambda status: status["detect_us"])[len(busy) // 2]
         say(

@@ -47,7 +47,8 @@ def read_run(path, truths):
         frame = frames[record["frame"]]
         if record["message"] == "POSE":
             frame.state = record["state"]
-            frame.pose = record["x_mm10"] / 10, record["y_mm10"] / 10, record["heading_cdeg"] / 100
+            if record["state"] != m.LOST:
+                frame.pose = record["x_mm10"] / 10, record["y_mm10"] / 10, record["heading_cdeg"] / 100
         else:
             frame.reported = True
             if not record["flags"] & m.MARKER_NONE:

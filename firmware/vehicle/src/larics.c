@@ -85,7 +85,7 @@ static const field fields[] LARICS_IN_FLASH = {
     {U8 | RANGED, offsetof(larics_status, state)},
     {U30, offsetof(larics_status, exposure_us)},
     {U16, offsetof(larics_status, gain_cdb)},
-    {U8, offsetof(larics_status, grey_mean)},
+    {U16, offsetof(larics_status, grey_mean)},
     {U16, offsetof(larics_status, rate_chz)},
     {U30, offsetof(larics_status, frame_us)},
     {U30, offsetof(larics_status, detect_us)},
@@ -171,7 +171,7 @@ static const layout layouts[] LARICS_IN_FLASH = {
     {LARICS_INFO, 0, 10, 40},
     {LARICS_MARKER, 10, 14, 35},
     {LARICS_POSE, 24, 15, 37},
-    {LARICS_STATUS, 39, 30, 96},
+    {LARICS_STATUS, 39, 30, 97},
     {LARICS_ACK, 69, 2, 3},
     {LARICS_NACK, 71, 4, 5},
     {LARICS_SETTING, 75, 12, 39},
@@ -197,7 +197,7 @@ static const range ranges[] LARICS_IN_FLASH = {
     {18, -1000000, 1000000}, /* MARKER.z_mm10 */
     {19, 0, 35999}, /* MARKER.heading_cdeg */
     {27, 0, 3}, /* POSE.state */
-    {31, 0, 35999}, /* POSE.heading_cdeg */
+    {31, 0, 36000}, /* POSE.heading_cdeg */
     {34, -16384, 16384}, /* POSE.correlation_q14 */
     {38, 0, 36000}, /* POSE.next_cdeg */
     {54, 0, 3}, /* STATUS.state */

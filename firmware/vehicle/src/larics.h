@@ -62,7 +62,7 @@ extern "C" {
 #define LARICS_MARKER_NO_OFFSET 64 /* x, y, z unknown and 0: the camera is not calibrated */
 
 /* POSE state */
-#define LARICS_LOST 0 /* no usable pose; x, y, heading are the last known ones */
+#define LARICS_LOST 0 /* no usable pose; x, y, heading and sigma are unknown */
 #define LARICS_COASTING 1 /* predicted from earlier markers */
 #define LARICS_TRACKING 2 /* measured in this frame */
 #define LARICS_CARRIED 3 /* carried on by the vehicle's odometry from earlier markers */
@@ -83,6 +83,11 @@ extern "C" {
 #define LARICS_SIGMA_UNKNOWN 65535 /* sigma: unknown or larger than can be told */
 #define LARICS_AGE_UNKNOWN 65535 /* marker_age_ms: no marker yet, or older than can be told */
 #define LARICS_WAY_UNKNOWN 65535 /* way_mm: no odometry, or longer than can be told */
+#define LARICS_PLACE_UNKNOWN -1073741823 /* x, y of POSE: LOST */
+#define LARICS_HEADING_UNKNOWN 36000 /* heading of POSE: LOST */
+#define LARICS_TIME_UNKNOWN 1073741823 /* times of STATUS: no frame in this second, or longer */
+#define LARICS_RATE_UNKNOWN 65535 /* rate: no second has passed yet */
+#define LARICS_GREY_UNKNOWN 65535 /* grey_mean: no frame yet */
 
 /* NACK reason */
 #define LARICS_NACK_UNKNOWN_KEY 1 /* no setting has this key */
@@ -205,9 +210,9 @@ typedef struct {
     uint16_t marker_age_ms; /* since the last marker it rests on; 65535 none, or more, ms */
     uint8_t state; /* POSE state; 0..3 */
     uint16_t id; /* that marker, 65535 for none */
-    int32_t x_mm10; /* vehicle origin, map frame, 0.1 mm */
-    int32_t y_mm10; /* vehicle origin, map frame, 0.1 mm */
-    uint16_t heading_cdeg; /* vehicle's x axis, map frame, counterclockwise, 0.01 deg; 0..35999 */
+    int32_t x_mm10; /* vehicle origin, map frame; unknown when LOST, 0.1 mm */
+    int32_t y_mm10; /* vehicle origin, map frame; unknown when LOST, 0.1 mm */
+    uint16_t heading_cdeg; /* vehicle's x axis, map frame, ccw; 36000 unknown, 0.01 deg; 0..36000 */
     uint16_t sigma_x_mm10; /* standard deviation of x; 65535 unknown, 0.1 mm */
     uint16_t sigma_y_mm10; /* standard deviation of y; 65535 unknown, 0.1 mm */
     int16_t correlation_q14; /* of the errors of x and y; 0 if unknown, 1/16384; -16384..16384 */
@@ -237,11 +242,11 @@ typedef struct {
     uint8_t state; /* POSE state; without a map, of the marker; 0..3 */
     uint32_t exposure_us; /* exposure time, us */
     uint16_t gain_cdb; /* camera gain, 0.01 dB */
-    uint8_t grey_mean; /* mean grey of the last frame */
-    uint16_t rate_chz; /* frames processed a second, 0.01 Hz */
-    uint32_t frame_us; /* mean time from frame to frame, us */
-    uint32_t detect_us; /* mean time of a detection, us */
-    uint32_t latency_us; /* longest time from capture to sending in this second, us */
+    uint16_t grey_mean; /* mean grey of the last frame, 0..255; 65535 without one */
+    uint16_t rate_chz; /* frames processed a second; 65535 not yet known, 0.01 Hz */
+    uint32_t frame_us; /* mean time from frame to frame in this second, if any, us */
+    uint32_t detect_us; /* mean time of a detection in this second, if any, us */
+    uint32_t latency_us; /* longest time from capture to sending of it, if any, us */
     uint32_t free_bytes; /* free heap */
     uint32_t unanswered; /* commands left unanswered, because too many came at once */
     uint32_t clamped; /* values reported as the nearest that their field can hold */

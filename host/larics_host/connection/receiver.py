@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
+from larics.wire import messages
 from larics_host import wire_names as codes
 from larics_host.connection.records import record_of
 
@@ -38,7 +39,8 @@ def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any
     for field, code, *_ in protocol.fields(number):
         value = fields[field]
         if value is None:
-            value = codes.UNKNOWN[field]
+            flagged = name == "MARKER" and field in codes.UNKNOWN_BY_FLAG[messages.MARKER_NONE]
+            value = 0 if flagged else codes.UNKNOWN[field]
         if code.endswith("s"):
             data = value.encode("latin-1") if field in codes.TEXT_FIELDS else bytes.fromhex(value)
             value = data.ljust(int(code[:-1]), b"\0")

@@ -56,9 +56,9 @@ class Pose(NamedTuple):
     marker_age_ms: int  # since the last marker it rests on; 65535 none, or more, ms
     state: int  # POSE state
     id: int  # that marker, 65535 for none
-    x_mm10: int  # vehicle origin, map frame, 0.1 mm
-    y_mm10: int  # vehicle origin, map frame, 0.1 mm
-    heading_cdeg: int  # vehicle's x axis, map frame, counterclockwise, 0.01 deg
+    x_mm10: int  # vehicle origin, map frame; unknown when LOST, 0.1 mm
+    y_mm10: int  # vehicle origin, map frame; unknown when LOST, 0.1 mm
+    heading_cdeg: int  # vehicle's x axis, map frame, ccw; 36000 unknown, 0.01 deg
     sigma_x_mm10: int  # standard deviation of x; 65535 unknown, 0.1 mm
     sigma_y_mm10: int  # standard deviation of y; 65535 unknown, 0.1 mm
     correlation_q14: int  # of the errors of x and y; 0 if unknown, 1/16384
@@ -89,11 +89,11 @@ class Status(NamedTuple):
     state: int  # POSE state; without a map, of the marker
     exposure_us: int  # exposure time, us
     gain_cdb: int  # camera gain, 0.01 dB
-    grey_mean: int  # mean grey of the last frame
-    rate_chz: int  # frames processed a second, 0.01 Hz
-    frame_us: int  # mean time from frame to frame, us
-    detect_us: int  # mean time of a detection, us
-    latency_us: int  # longest time from capture to sending in this second, us
+    grey_mean: int  # mean grey of the last frame, 0..255; 65535 without one
+    rate_chz: int  # frames processed a second; 65535 not yet known, 0.01 Hz
+    frame_us: int  # mean time from frame to frame in this second, if any, us
+    detect_us: int  # mean time of a detection in this second, if any, us
+    latency_us: int  # longest time from capture to sending of it, if any, us
     free_bytes: int  # free heap
     unanswered: int  # commands left unanswered, because too many came at once
     clamped: int  # values reported as the nearest that their field can hold
@@ -294,13 +294,20 @@ def record_of(number: int, values: Sequence[Any]) -> Any:
     return RECORDS[number](*plain)
 
 
+def known(record: Any, field: str) -> Any:
+    """The value of a field, None when it is not known or there is none: an ID that is uncertain, the place of
+    a camera that is LOST, an offset without a calibration."""
+    value = getattr(record, field)
+    if value == codes.UNKNOWN.get(field):
+        return None
+    if isinstance(record, Marker) and value == 0:
+        for flag, fields in codes.UNKNOWN_BY_FLAG.items():
+            if record.flags & flag and field in fields:
+                return None
+    return value
+
+
 def as_json(record: Any) -> dict[str, Any]:
-    """The fields as logs show them: bytes as hexadecimal digits; None for what is unknown or none, so that
-    nobody takes it for a value."""
-    fields = record._asdict()
-    for name, value in fields.items():
-        if isinstance(value, bytes):
-            fields[name] = value.hex()
-        elif value == codes.UNKNOWN.get(name):
-            fields[name] = None
-    return fields
+    """The fields as logs show them: bytes as hexadecimal digits; None for what is not known."""
+    fields = {name: known(record, name) for name in record._fields}
+    return {name: value.hex() if isinstance(value, bytes) else value for name, value in fields.items()}

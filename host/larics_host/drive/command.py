@@ -94,12 +94,11 @@ def _write_frames(path, trace):
         for frame in trace.frames:
             truth = [round(value, 3) for value in (frame.x_mm, frame.y_mm, frame.heading_deg % 360)]
             error = [round(value, 4) for value in frame.error]
-            writer.writerow(
-                [
-                    *(round(frame.time_s, 3), *truth, frame.state, *frame.pose, *error, frame.sigma_mm),
-                    *(frame.marker_id, frame.route_position, frame.behaviour),
-                ]
-            )
+            row = [
+                *(round(frame.time_s, 3), *truth, frame.state, *frame.pose, *error, frame.sigma_mm),
+                *(frame.marker_id, frame.route_position, frame.behaviour),
+            ]
+            writer.writerow(["" if value != value else value for value in row])  # nan: not known
 
 
 def _without_nan(value):

@@ -60,7 +60,7 @@ class Frame:
     heading_deg: float
     markers: int  # wholly inside the frame, to the end of the orientation line
     state: int
-    pose: tuple  # x_mm, y_mm, heading_deg as reported
+    pose: tuple  # x_mm, y_mm, heading_deg as reported; nan when LOST, as error and sigma_mm
     error: tuple  # mm, degrees; against the pose at the moment at which that marker was exposed
     sigma_mm: float
     marker_id: int
@@ -253,7 +253,9 @@ class Simulation:
         return inside and truth.visible >= _WHOLE
 
     def _frame(self, now_s, pose, truths, reported):
-        found = reported.x_mm10 / 10, reported.y_mm10 / 10, reported.heading_cdeg / 100
+        found = (math.nan,) * 3
+        if reported.state != m.LOST:
+            found = reported.x_mm10 / 10, reported.y_mm10 / 10, reported.heading_cdeg / 100
         true = (pose.x_mm, pose.y_mm, pose.heading_deg)
         for truth in truths:  # a rolling shutter exposes the marker before or after the frame's middle
             if reported.state == m.TRACKING and truth.id == reported.id:
@@ -272,7 +274,7 @@ class Simulation:
             reported.state,
             found,
             error,
-            max(reported.sigma_x_mm10, reported.sigma_y_mm10) / 10,
+            math.nan if reported.state == m.LOST else max(reported.sigma_x_mm10, reported.sigma_y_mm10) / 10,
             reported.id,
             reported.route_position,
             self.controller.state,

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from larics.wire import messages as m
 from larics_host import wire_names as codes
+from larics_host.connection.records import known
 
 if TYPE_CHECKING:
     from larics_host.connection.receiver import Message
@@ -34,16 +35,20 @@ def fault_text(active: int, last: int) -> str:
     return ", ".join(names) or "none"
 
 
+def shown(record: Any, field: str, scale: int = 1, form: str = "%.1f") -> str:
+    """A field of a record divided by `scale`, "?" when it is not known."""
+    value = known(record, field)
+    return "?" if value is None else form % (value / scale)
+
+
 def marker_row(message: Message) -> list[str]:
     """A MARKER message as texts: frame, time, ID, x, y, z, heading, margin, age, notes."""
     fields = message.fields
     if fields.flags & m.MARKER_NONE:
         measures = ["-"] * 6
     else:
-        offsets = [value / 10 for value in (fields.x_mm10, fields.y_mm10, fields.z_mm10)]
-        known = not fields.flags & m.MARKER_NO_OFFSET
-        measures = ["?" if fields.id == m.ID_NONE else str(fields.id)]
-        measures += ["%.1f" % offset if known else "?" for offset in offsets]
+        measures = [shown(fields, "id", form="%d")]
+        measures += [shown(fields, offset, 10) for offset in ("x_mm10", "y_mm10", "z_mm10")]
         measures += ["%.2f" % (fields.heading_cdeg / 100), str(fields.margin)]
     return [
         str(fields.frame),
@@ -73,6 +78,8 @@ class LiveTable:
             self._rows.append(marker_row(message))
         elif message.name == "STATUS":
             self._status = message.fields
+            if message.fields.state == m.LOST:  # also of a camera that no longer sends poses
+                self._pose = None
         elif message.name == "POSE":
             self._pose = message.fields
         elif message.name == "INFO":
@@ -94,24 +101,24 @@ class LiveTable:
         if self._pose:
             pose = self._pose
             lines.append(
-                "pose %s: x %.1f mm, y %.1f mm, heading %.2f deg, %.0f ms old"
+                "pose %s: x %s mm, y %s mm, heading %s deg, marker %s ms ago"
                 % (
                     STATES[pose.state],
-                    pose.x_mm10 / 10,
-                    pose.y_mm10 / 10,
-                    pose.heading_cdeg / 100,
-                    pose.age_us / 1000,
+                    shown(pose, "x_mm10", 10),
+                    shown(pose, "y_mm10", 10),
+                    shown(pose, "heading_cdeg", 100, "%.2f"),
+                    shown(pose, "marker_age_ms", form="%d"),
                 )
             )
         if self._status:
             status = self._status
             lines.append(
-                "%s, %.1f frames/s, detection %.1f ms, latency %.1f ms, exposure %.1f ms, gain %.1f dB"
+                "%s, %s frames/s, detection %s ms, latency %s ms, exposure %.1f ms, gain %.1f dB"
                 % (
                     STATES[status.state],
-                    status.rate_chz / 100,
-                    status.detect_us / 1000,
-                    status.latency_us / 1000,
+                    shown(status, "rate_chz", 100),
+                    shown(status, "detect_us", 1000),
+                    shown(status, "latency_us", 1000),
                     status.exposure_us / 1000,
                     status.gain_cdb / 100,
                 )

@@ -22,7 +22,7 @@ MARKER_COLUMNS = Marker._fields
 class LogWriter:
     """PREFIX.csv: one row for each MARKER message; PREFIX.jsonl: one object for each message of any type;
     with raw=True PREFIX.bin: every byte as it came; with mcap=True PREFIX.mcap, see mcap_log. `time_s` counts
-    from the start of the log. An ID that is none or uncertain is null, in the CSV nothing.
+    from the start of the log. What is not known, an uncertain ID for one, is null, in the CSV nothing.
 
     Line-buffered: ending the program by force loses nothing that was received before.
     """

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
+from larics.wire import messages
 from larics_host import wire_names as codes
 from larics_host.connection.records import as_json
 from larics_host.errors import UserError
@@ -28,7 +29,8 @@ def schema(number: int) -> dict[str, Any]:
             properties[name] = {"type": "string", "description": meaning}
             continue
         text = "%s [%s]" % (meaning, unit) if unit else meaning
-        kind = ["integer", "null"] if name in codes.UNKNOWN else "integer"
+        may_be_unknown = name in codes.UNKNOWN or name in codes.UNKNOWN_BY_FLAG[messages.MARKER_NONE]
+        kind = ["integer", "null"] if may_be_unknown else "integer"
         properties[name] = {"type": kind, "minimum": low, "maximum": high, "description": text}
     return {"title": "larics." + protocol.name(number), "type": "object", "properties": properties}
 
@@ -62,7 +64,7 @@ class McapLog:
         self._file.flush()
 
     def write(self, message: Message) -> None:
-        """Adds a receiver.Message; its publish time is that of the measurement where it has an age."""
+        """Adds a receiver.Message; its publish time is that of the frame where it has an age."""
         channel = self._channels.get(message.name) or self._channel(message.name)
         received_ns = self._start_ns + round(message.time_s * _NS)
         data = json.dumps({"time_s": round(message.time_s, 6), **as_json(message.fields)}).encode()

@@ -123,5 +123,8 @@ def _draw_map(state, columns, rows):
         for x_mm, y_mm, heading_deg, _ in known:
             _marker(canvas, marker_id, x_mm, y_mm, heading_deg)
     pose = state.pose
-    _vehicle(canvas, pose["x_mm"], pose["y_mm"], pose["heading_deg"], max(120.0, 4 * scale))
+    if pose["x_mm"] is None:  # LOST: where it was last
+        canvas.text(state.trail[-1][1], state.trail[-1][2], "?")
+    else:
+        _vehicle(canvas, pose["x_mm"], pose["y_mm"], pose["heading_deg"], max(120.0, 4 * scale))
     return "map; %.1f m high" % (4 * rows * scale / 1000), canvas.lines()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from larics.wire import messages as m
 from larics_host import wire_names as codes
-from larics_host.connection.records import as_json
+from larics_host.connection.records import as_json, known
 from larics_host.logs.live_table import STATES, flag_text, reception
 
 if TYPE_CHECKING:
@@ -90,9 +90,9 @@ class MonitorState:
         told = as_json(fields)
         self.pose = {
             "state": STATES[fields.state],
-            "x_mm": fields.x_mm10 / 10,
-            "y_mm": fields.y_mm10 / 10,
-            "heading_deg": fields.heading_cdeg / 100,
+            "x_mm": scaled(told["x_mm10"], 10),
+            "y_mm": scaled(told["y_mm10"], 10),
+            "heading_deg": scaled(told["heading_cdeg"], 100),
             "sigma_x_mm": scaled(told["sigma_x_mm10"], 10),
             "sigma_y_mm": scaled(told["sigma_y_mm10"], 10),
             "correlation": None if told["sigma_x_mm10"] is None else fields.correlation_q14 / 16384,
@@ -131,8 +131,10 @@ class MonitorState:
 
     def _add_status(self, fields, time_s):
         self.status = fields
-        if self.pose is None:
-            self._note_state(STATES[fields.state], time_s)
+        self._note_state(STATES[fields.state], time_s)
+        if fields.state == m.LOST and self.pose and self.pose["state"] != STATES[m.LOST]:
+            # a camera that no longer sends poses
+            self.pose = {**dict.fromkeys(self.pose), "state": STATES[m.LOST]}
         if self._fault_count is not None and fields.faults != self._fault_count:
             self.events.append((time_s, "fault: " + codes.name_of("Fault", fields.last_fault)))
         self._fault_count = fields.faults
@@ -183,12 +185,11 @@ class MonitorState:
 
 
 def _shown(fields, time_s):
-    known = not fields.flags & m.MARKER_NO_OFFSET
     return {
-        "id": None if fields.id == m.ID_NONE else fields.id,
-        "x_mm": fields.x_mm10 / 10 if known else None,
-        "y_mm": fields.y_mm10 / 10 if known else None,
-        "z_mm": fields.z_mm10 / 10 if known else None,
+        "id": known(fields, "id"),
+        "x_mm": scaled(known(fields, "x_mm10"), 10),
+        "y_mm": scaled(known(fields, "y_mm10"), 10),
+        "z_mm": scaled(known(fields, "z_mm10"), 10),
         "heading_deg": fields.heading_cdeg / 100,
         "margin": fields.margin,
         "radius_px": round(fields.radius_q8 / 256, 2),

@@ -10,7 +10,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from larics_host.logs.live_table import fault_text, reception
+from larics_host.logs.live_table import fault_text, reception, shown
 from larics_host.monitor.drawing import draw_view
 from larics_host.wording import counted
 
@@ -57,8 +57,8 @@ def _marker_rows(state):
 
 def _pose_rows(state):
     pose = state.pose
-    yield "position", "x %.1f  y %.1f mm" % (pose["x_mm"], pose["y_mm"])
-    yield "direction", "%.2f deg" % pose["heading_deg"]
+    yield "position", "x %s  y %s mm" % (_number(pose["x_mm"]), _number(pose["y_mm"]))
+    yield "direction", "%s deg" % _number(pose["heading_deg"], "%.2f")
     sigmas = _number(pose["sigma_x_mm"]), _number(pose["sigma_y_mm"]), _number(pose["sigma_deg"], "%.2f")
     yield "sigma", "x %s  y %s mm, %s deg" % sigmas
     if pose["route"] is not None:
@@ -72,20 +72,20 @@ def _health_rows(state):
     if status:
         yield (
             "camera",
-            "%.1f frames/s, detection %.1f ms, latency %.1f ms"
+            "%s frames/s, detection %s ms, latency %s ms"
             % (
-                status.rate_chz / 100,
-                status.detect_us / 1000,
-                status.latency_us / 1000,
+                shown(status, "rate_chz", 100),
+                shown(status, "detect_us", 1000),
+                shown(status, "latency_us", 1000),
             ),
         )
         yield (
             "exposure",
-            "%.2f ms, gain %.1f dB, mean grey %d"
+            "%.2f ms, gain %.1f dB, mean grey %s"
             % (
                 status.exposure_us / 1000,
                 status.gain_cdb / 100,
-                status.grey_mean,
+                shown(status, "grey_mean", form="%d"),
             ),
         )
         yield (

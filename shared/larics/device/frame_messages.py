@@ -97,9 +97,13 @@ class Reports:
         values[_POSE_MARKER_AGE_MS] = min(m.AGE_UNKNOWN, (marker_age_us + 999) // 1000)
         values[_POSE_STATE] = localizer.state
         values[_POSE_ID] = localizer.marker_id
-        values[_POSE_X_MM10] = localizer.x_mm10
-        values[_POSE_Y_MM10] = localizer.y_mm10
-        values[_POSE_HEADING_CDEG] = localizer.heading_cdeg
+        if localizer.state == m.LOST:  # the last known place is that of the message before
+            values[_POSE_X_MM10] = values[_POSE_Y_MM10] = m.PLACE_UNKNOWN
+            values[_POSE_HEADING_CDEG] = m.HEADING_UNKNOWN
+        else:
+            values[_POSE_X_MM10] = localizer.x_mm10
+            values[_POSE_Y_MM10] = localizer.y_mm10
+            values[_POSE_HEADING_CDEG] = localizer.heading_cdeg
         values[_POSE_SIGMA_X_MM10] = localizer.sigma_mm10
         values[_POSE_SIGMA_Y_MM10] = localizer.sigma_mm10
         values[_POSE_CORRELATION_Q14] = 0

@@ -31,11 +31,13 @@ _CHUNKS_A_POLL = const(4)  # bounds the work of one call
 
 
 class Uptime:
-    """Time since start as seconds and microseconds, which never need a long integer."""
+    """Time since start as seconds and microseconds, which never need a long integer. What is being encoded
+    begins to be sent `ahead_us` later."""
 
     def __init__(self):
         self.s = 0
         self.us = 0
+        self.ahead_us = 0
 
     def advance(self, elapsed_us):
         self.us += elapsed_us
@@ -180,7 +182,8 @@ class Outbox:
         place = group.sent
         values = group.values[place]
         number = group.numbers[place]
-        waited = max(0, self._ticks_diff(self._now_us, group.commit_us) + self._ahead_us())
+        self.uptime.ahead_us = self._ahead_us()
+        waited = max(0, self._ticks_diff(self._now_us, group.commit_us) + self.uptime.ahead_us)
         if number == MARKER:
             values[_MARKER_AGE_US] = age = min(values[_MARKER_AGE_US], COUNT_MAX - waited) + waited
             self.worst_age_us = max(self.worst_age_us, age)

@@ -66,8 +66,8 @@ class Sensor:
         self.navigator.update(self.measurements, count, capture_us & COUNT_MAX)
         return self.navigator.fault
 
-    def state(self, now_ms):
-        """TRACKING, COASTING or LOST: of the pose or, without a map, of the markers."""
-        if self.navigator is not None:
-            return self.navigator.pose.state
-        return self._sighting.state(now_ms)
+    def state(self, now_ms, now_us):
+        """TRACKING, COASTING or LOST: of the pose or, without a map, of the markers. It follows the time, by
+        the clocks of `follow`, not only the frames: ask often."""
+        state = self._sighting.state(now_ms)
+        return state if self.navigator is None else self.navigator.pass_time(now_us & COUNT_MAX)

@@ -5,14 +5,17 @@ try:
 except ImportError:
     from larics._cpython import const
 
+from larics.locate.localizer import SILENT_US
 from larics.marker.detection import FLAG_UNCONFIRMED
 from larics.wire.messages import COASTING, COUNT_MAX, LOST, TRACKING
 
 _COASTING_MS = const(500)
+_SILENT_MS = SILENT_US // 1000
 
 
 class Sighting:
-    """`update` with each processed frame. Times in ms, of any clock modulo 2**30."""
+    """`update` with each processed frame. Times in ms, of any clock modulo 2**30; `state` must be asked more
+    often than it wraps, every 12 days."""
 
     def __init__(self):
         self._state = LOST
@@ -31,7 +34,8 @@ class Sighting:
             self._state = COASTING
 
     def state(self, now_ms):
-        """TRACKING, COASTING or LOST."""
-        if self._state == COASTING and (now_ms - self._seen_ms) & COUNT_MAX >= _COASTING_MS:
+        """TRACKING, COASTING or LOST: with the time, not only with frames."""
+        passed_ms = (now_ms - self._seen_ms) & COUNT_MAX
+        if passed_ms >= (_COASTING_MS if self._state == COASTING else _SILENT_MS):
             self._state = LOST
         return self._state

@@ -34,6 +34,7 @@ from larics.wire.messages import (
 )
 
 MAX_MARKERS = const(8)  # used of one frame
+SILENT_US = const(1000000)  # without a processed frame, nothing is tracked any more
 _AGREE_LOST = const(2)  # frames (or markers) that must agree on a place when there was none, or it is far
 _AGREE_MOVED = const(3)  # ... and when the place contradicts what was known
 _SURE_MM10 = const(3000)  # one frame alone may correct the prediction by so much ...
@@ -113,8 +114,7 @@ class Localizer:
         if self.state == TRACKING:
             self.state = COASTING
         if self.state == COASTING and passed_us > self.coast_us:
-            self.state = LOST
-            self._agreed = 0
+            self._lose()
         if self.state == COASTING:
             self._predict(passed_us // 100)
         used = self._compare(measurements, min(count, MAX_MARKERS), passed_us // 100)
@@ -128,6 +128,28 @@ class Localizer:
         else:
             self.sigma_mm10 = self.sigma_cdeg = SIGMA_UNKNOWN
         return self.state
+
+    def pass_time(self, time_us):
+        """Call it between frames, at least every five minutes: without them the state goes on with the time.
+
+        time_us: now, by the clock of the frames. Returns the state. Without a frame for SILENT_US, TRACKING
+        becomes COASTING, and that LOST in its time; place and heading stay those of the last frame."""
+        passed_us = (time_us - self._fix_us) & COUNT_MAX
+        if passed_us > COUNT_MAX >> 1:
+            self.age_us = COUNT_MAX  # before the clock has gone round
+        if self.state != LOST:
+            if passed_us > self.coast_us:
+                self._lose()
+            elif passed_us > SILENT_US:
+                self.state = COASTING
+        if (time_us - self._there_us) & COUNT_MAX > self.coast_us:
+            self._agreed = 0
+        return self.state
+
+    def _lose(self):
+        self.state = LOST
+        self.sigma_mm10 = self.sigma_cdeg = SIGMA_UNKNOWN
+        self._agreed = 0
 
     def bearing_cdeg(self, x_mm10, y_mm10):
         """Direction of a place of the map in the vehicle frame, 0..35999."""

@@ -61,13 +61,26 @@ class Navigator:
         self._aim(measurements, count)
         return state
 
+    def pass_time(self, time_us):
+        """As Localizer.pass_time; returns the state."""
+        before = self.pose.state
+        state = self.pose.pass_time(time_us)
+        if state == LOST and before != LOST:
+            self._lose_sight()
+        return state
+
+    def _lose_sight(self):
+        self.next_cdeg = DIRECTION_NONE
+        self._last_id = -1
+        if self.route is not None:
+            self.route.lose_sight()
+
     def _follow(self, measurements, count):
         self.event = SAME
         reached = self._reached(measurements, count)
         if reached < 0:
             if self.pose.state == LOST and count == 0:
-                self.route.lose_sight()
-                self._last_id = -1
+                self._lose_sight()
             return
         self._last_id = reached
         self.event = self.route.see(reached)

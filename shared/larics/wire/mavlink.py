@@ -61,7 +61,8 @@ _VARIANCE_UNMEASURED = const(100)  # (10 m)**2 for the height, and as much for r
 class MavlinkEncoder:
     """Encodes like larics.wire.codec.Encoder: n = encode(type, values), then send buffer[:n].
 
-    n is 0 for what is not sent. `uptime` is the Outbox's, for the time stamps.
+    n is 0 for what is not sent. `uptime` is the Outbox's, for the time stamps: messages of one frame get the
+    same, whenever they are sent.
     """
 
     def __init__(self, uptime, system=1, component=197):
@@ -143,12 +144,17 @@ class MavlinkEncoder:
         _put_variance(buffer, 20, min(31416, sigma_cdeg * 1745 // 1000))
 
     def _put_time(self, age_us):
-        """The time of the exposure, microseconds since start: 64 bits, byte by byte to stay within 30."""
+        """The time of the exposure, microseconds since start: 64 bits, byte by byte to stay within 30.
+
+        The age is that at the start of sending, which lies ahead of the uptime."""
         seconds = self._uptime.s - age_us // 1000000
-        micros = self._uptime.us - age_us % 1000000
-        if micros < 0:
+        micros = self._uptime.us + self._uptime.ahead_us - age_us % 1000000
+        while micros < 0:
             micros += 1000000
             seconds -= 1
+        while micros >= 1000000:
+            micros -= 1000000
+            seconds += 1
         if seconds < 0:
             seconds = micros = 0
         buffer = self.buffer

@@ -56,6 +56,11 @@ DIRECTION_NONE = const(36000)
 SIGMA_UNKNOWN = const(65535)
 AGE_UNKNOWN = const(65535)
 WAY_UNKNOWN = const(65535)
+PLACE_UNKNOWN = const(-COUNT_MAX)
+HEADING_UNKNOWN = const(36000)
+TIME_UNKNOWN = const(COUNT_MAX)
+RATE_UNKNOWN = const(65535)
+GREY_UNKNOWN = const(65535)
 
 LOST = const(0)
 COASTING = const(1)
@@ -175,9 +180,9 @@ MESSAGES = (
             ("marker_age_ms", "H", "ms", 0, 65535, "since the last marker it rests on; 65535 none, or more"),
             ("state", "B", "", 0, 3, "POSE state"),
             ("id", "H", "", 0, 65535, "that marker, 65535 for none"),
-            ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame"),
-            ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame"),
-            ("heading_cdeg", "H", "0.01 deg", 0, 35999, "vehicle's x axis, map frame, counterclockwise"),
+            ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame; unknown when LOST"),
+            ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "vehicle origin, map frame; unknown when LOST"),
+            ("heading_cdeg", "H", "0.01 deg", 0, 36000, "vehicle's x axis, map frame, ccw; 36000 unknown"),
             ("sigma_x_mm10", "H", "0.1 mm", 0, 65535, "standard deviation of x; 65535 unknown"),
             ("sigma_y_mm10", "H", "0.1 mm", 0, 65535, "standard deviation of y; 65535 unknown"),
             ("correlation_q14", "h", "1/16384", -16384, 16384, "of the errors of x and y; 0 if unknown"),
@@ -210,11 +215,11 @@ MESSAGES = (
             ("state", "B", "", 0, 3, "POSE state; without a map, of the marker"),
             ("exposure_us", "I", "us", 0, COUNT_MAX, "exposure time"),
             ("gain_cdb", "H", "0.01 dB", 0, 65535, "camera gain"),
-            ("grey_mean", "B", "", 0, 255, "mean grey of the last frame"),
-            ("rate_chz", "H", "0.01 Hz", 0, 65535, "frames processed a second"),
-            ("frame_us", "I", "us", 0, COUNT_MAX, "mean time from frame to frame"),
-            ("detect_us", "I", "us", 0, COUNT_MAX, "mean time of a detection"),
-            ("latency_us", "I", "us", 0, COUNT_MAX, "longest time from capture to sending in this second"),
+            ("grey_mean", "H", "", 0, 65535, "mean grey of the last frame, 0..255; 65535 without one"),
+            ("rate_chz", "H", "0.01 Hz", 0, 65535, "frames processed a second; 65535 not yet known"),
+            ("frame_us", "I", "us", 0, COUNT_MAX, "mean time from frame to frame in this second, if any"),
+            ("detect_us", "I", "us", 0, COUNT_MAX, "mean time of a detection in this second, if any"),
+            ("latency_us", "I", "us", 0, COUNT_MAX, "longest time from capture to sending of it, if any"),
             ("free_bytes", "I", "", 0, COUNT_MAX, "free heap"),
             ("unanswered", "I", "", 0, COUNT_MAX, "commands left unanswered, because too many came at once"),
             ("clamped", "I", "", 0, COUNT_MAX, "values reported as the nearest that their field can hold"),

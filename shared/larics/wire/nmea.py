@@ -56,7 +56,10 @@ _STATUS_VERSION_PATCH = const(2)
 _STATUS_UPTIME_S = const(4)
 _STATUS_STATE = const(15)
 _STATUS_GAIN_CDB = const(17)
+_STATUS_GREY_MEAN = const(18)
 _STATUS_RATE_CHZ = const(19)
+_STATUS_FRAME_US = const(20)
+_STATUS_LATENCY_US = const(22)
 _MOTION_FRAME = const(0)
 _MOTION_STATE = const(1)
 _MOTION_EPOCH = const(2)
@@ -127,9 +130,9 @@ class NmeaEncoder:
         self._byte(0x2C)
         self._byte(_STATES[values[_POSE_STATE]])
         self._number_unless(values[_POSE_ID], m.ID_NONE, 0)
-        self._number(values[_POSE_X_MM10], 1)
-        self._number(values[_POSE_Y_MM10], 1)
-        self._number(values[_POSE_HEADING_CDEG], 2)
+        self._number_unless(values[_POSE_X_MM10], m.PLACE_UNKNOWN, 1)
+        self._number_unless(values[_POSE_Y_MM10], m.PLACE_UNKNOWN, 1)
+        self._number_unless(values[_POSE_HEADING_CDEG], m.HEADING_UNKNOWN, 2)
         sigma_x_mm10, sigma_y_mm10 = values[_POSE_SIGMA_X_MM10], values[_POSE_SIGMA_Y_MM10]
         known = sigma_x_mm10 != m.SIGMA_UNKNOWN and sigma_y_mm10 != m.SIGMA_UNKNOWN
         self._number_if(known, sigma_x_mm10, 1)
@@ -161,8 +164,16 @@ class NmeaEncoder:
             if k == _STATUS_STATE:
                 self._byte(0x2C)
                 self._byte(_STATES[values[k]])
+            elif k == _STATUS_GAIN_CDB:
+                self._number(values[k], 2)
+            elif k == _STATUS_GREY_MEAN:
+                self._number_unless(values[k], m.GREY_UNKNOWN, 0)
+            elif k == _STATUS_RATE_CHZ:
+                self._number_unless(values[k], m.RATE_UNKNOWN, 2)
+            elif _STATUS_FRAME_US <= k <= _STATUS_LATENCY_US:
+                self._number_unless(values[k], m.TIME_UNKNOWN, 0)
             else:
-                self._number(values[k], 2 if k == _STATUS_GAIN_CDB or k == _STATUS_RATE_CHZ else 0)
+                self._number(values[k], 0)
 
     def _finish(self):
         check = 0
