@@ -4,19 +4,23 @@ import json
 import os
 import sys
 
+from atomic_file import AtomicFile
 from cameras import CameraError
 from cameras.replay import Replay
+from faults import Faults
 from larics.device.factory import make_detector
 from larics.settings import Settings, field
 from pc.uart_unix import UART
+from settings_store import SettingsStore
 
 _USAGE = """usage: micropython firmware/pc/replay_main.py --frames FOLDER --port /dev/pts/3 [--fps 60]
                                     [--rounds 1] [--settings FILE.json] [--set name=value]...
+                                    [--keep FILE]
 
 Runs the program on a PC: recorded frames in, the wire on a terminal device out.
 
 --fps 0 delivers the frames as fast as they are processed; --rounds 0 repeats them for ever. A --set counts
-more than the file."""
+more than the file. --keep names the file that saved settings go to; once it is there, it counts instead."""
 _NUMBERS = ("fps", "rounds")
 
 
@@ -40,7 +44,7 @@ def parse(arguments):
             if not value.isdigit():
                 _fail("--%s wants a whole number, not %s" % (name, value))
             options[name] = int(value)
-        elif name in ("frames", "port", "settings"):
+        elif name in ("frames", "port", "settings", "keep"):
             options[name] = value
         else:
             _fail("unknown option --" + name)
@@ -78,26 +82,45 @@ def _must_exist(name, path):
         _fail("--%s: there is no %s (%s)" % (name, path, error))
 
 
+def _exists(path):
+    try:
+        os.stat(path)
+    except OSError:
+        return False
+    return True
+
+
+def _settings(options, keeper):
+    """The settings that were saved, or those of the command line."""
+    if keeper and _exists(options["keep"]):
+        return keeper.load()
+    values = {}
+    if "settings" in options:
+        with open(options["settings"]) as file:
+            values = json.load(file)
+    values.update(options["set"])
+    return Settings(values)
+
+
 def main(arguments):
     options = parse(arguments)
     for name in ("frames", "port", "settings"):
         if name in options:
             _must_exist(name, options[name])
     camera = Replay(options["frames"], fps=options["fps"], rounds=options["rounds"])
+    faults = Faults()
+    keeper = SettingsStore(AtomicFile(options["keep"]), faults) if "keep" in options else None
     try:
-        values = {}
-        if "settings" in options:
-            with open(options["settings"]) as file:
-                values = json.load(file)
-        values.update(options["set"])
-        settings = Settings(values)
+        settings = _settings(options, keeper)
         camera.start()
         settings.update({"width": camera.width, "height": camera.height})
         detector = make_detector(settings)
         # a small heap is not cut up yet: only now comes the rest of the program
         from app import App
 
-        app = App(settings, camera, UART(options["port"]), "desk", detector=detector)
+        app = App(
+            settings, camera, UART(options["port"]), "desk", keeper=keeper, faults=faults, detector=detector
+        )
     except (ValueError, OSError, CameraError) as error:
         _fail(str(error))
     app.run()

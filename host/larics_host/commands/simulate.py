@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+from pathlib import Path
 
 from larics_host.drive.command import add_loop_arguments, run_loop
+from larics_host.drive.desk_options import add_desk_arguments
 from larics_host.errors import UserError
 from larics_host.images.frame_folder import make_folder, write_frame
 from larics_host.marker_ids import is_coded, parse_ids
@@ -14,12 +16,16 @@ from larics_host.truth import TruthWriter
 from larics_host.wording import counted
 
 NAME = "simulate"
-HELP = "render frames of a ceiling with markers, with the truth about each"
+HELP = (
+    "render frames of a ceiling with markers, with the truth about each; a camera on the desk that sees them"
+)
 EXAMPLE = """
 larics simulate --preset sunny --frames 100 --seed 7 --radius-px 30 -o frames
 larics simulate --preset harsh --family coded --frames 100 -o coded
 larics simulate --preset cloudy --drive curve --ids 1,2,3 --rate 10 -o drive
 larics simulate --drive loop --condition pushed --seconds 60 -o pushed
+larics simulate --tour -o tour                    # what the README's tour works on
+larics simulate --desk tour/drive --link camera   # a camera that sees these frames, at the port ./camera
 """
 
 # named here as well, for a quick --help; a test compares them with the renderer's
@@ -47,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--family", metavar="NAME", help="plain (default), coded, or mixed: some of both; not with --ids"
     )
     parser.add_argument("--target", default="larics", help="larics, or a tag to compare: aruco, apriltag")
-    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder for the frames")
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder for the frames")
     parser.add_argument("--overwrite", action="store_true", help="replace the frames that DIR holds")
     scene = parser.add_argument_group("instead of what the preset draws")
     scene.add_argument("--contrast", type=float, metavar="GREY", help="between white plate and black ink")
@@ -64,6 +70,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--spacing-mm", type=float, default=1500.0, metavar="MM", help="marker to marker (1500)"
     )
     add_loop_arguments(parser)
+    add_desk_arguments(parser)
+    parser.add_argument("--tour", action="store_true", help="all that the README's tour works on")
 
 
 # option, lowest, highest value that makes sense
@@ -189,11 +197,25 @@ def _plan_series(args, facts):
 
 
 def run(args: argparse.Namespace) -> int:
-    """Renders the frames; returns the exit code."""
+    """Renders the frames, or is the camera on the desk; returns the exit code."""
+    if args.desk:
+        if args.output or args.drive or args.tour:
+            raise UserError("--desk shows frames that are there: it does not go with -o, --drive and --tour")
+        from larics_host.drive.desk import run_desk
+
+        return run_desk(args)
+    if not args.output:
+        raise UserError("-o DIR is missing: where the frames go")
     try:
         import numba  # noqa: F401 (the renderer's loops are hopeless without it)
     except ImportError:
         raise UserError("larics simulate needs the Python package numba: pip install numba") from None
+    if args.tour:
+        from larics_host.drive.tour import write_tour
+
+        count = write_tour(Path(args.output), args.overwrite)
+        print("%s in drive, places, turn, ahead, and clip.bin in %s" % (counted(count, "frame"), args.output))
+        return 0
     if args.drive == LOOP:
         return run_loop(args, make_folder(args.output, args.overwrite))
     _check(args)

@@ -9,7 +9,7 @@ to 16 bytes. Pixel formats as in the firmware's imlib.h.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import BinaryIO
 
 import numpy as np
@@ -27,6 +27,19 @@ BAYER = {0x05040001: "BGGR", 0x05040101: "GBRG", 0x05040201: "GRBG", 0x05040301:
 YUV422 = (0x14050002, 0x14050102)
 COMPRESSED = (0x06060000, 0x06070000)  # JPEG, PNG
 _OLD_FORMATS = {0: BINARY, 1: GRAYSCALE, 2: RGB565, 3: 0x05040001}
+
+
+def write_stream(file: BinaryIO, frames: Iterable[np.ndarray], period_ms: int) -> int:
+    """Writes 2-D uint8 arrays of one size as a stream of version 2.0; returns how many."""
+    file.write(MAGIC + b"2.0")
+    count = 0
+    for frame in frames:
+        height, width = frame.shape
+        data = frame.tobytes()
+        file.write(struct.pack("<5I12x", period_ms, width, height, GRAYSCALE, len(data)))
+        file.write(data + bytes(-len(data) % 16))
+        count += 1
+    return count
 
 
 def _data_size(pixel_format, width, height, size):
