@@ -112,7 +112,7 @@ def _make_link(link, device):
     try:
         link.symlink_to(device)
     except OSError as error:
-        text = "exists: choose another --link" if link.is_symlink() else error.strerror
+        text = "it is there already: choose another --link" if os.path.lexists(link) else error.strerror
         raise UserError("%s: %s" % (link, text)) from None
 
 

@@ -2,7 +2,7 @@
 
 The folder gets `drive`, frames there and back under three markers of which two are in view at a time, with
 their truth and the camera's settings, for `simulate --desk` and `validate`; `places`, `turn` and `ahead`, the
-three recordings that `larics calibrate` asks for; and `clip.bin`, the begin of the drive as a board records it.
+three recordings that `larics calibrate` asks for; and `clip.bin`, the drive's begin as a board records it.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def _vehicle_below(x_px, y_px, heading_deg):
 
 
 def calibration_poses() -> dict[str, list[Pose]]:
-    """{folder: vehicle poses}: one marker all over the picture, a turn on the spot, a drive straight ahead."""
+    """{folder: vehicle poses}: one marker all over the picture, a turn on the spot, a straight drive."""
     grid = [(x, y) for y in (60, 104, 148, 192, 236) for x in (60, 120, 180, 240, 300)]
     start = _vehicle_below(190, 150, 0.0)
     ahead = Motion(1.0)
@@ -122,7 +122,9 @@ def write_tour(target: Path, overwrite: bool = False) -> int:
     try:
         target.mkdir(parents=True, exist_ok=True)
         frames = watched(_all_frames(target, recordings, overwrite, rng), total, quiet_stdout=True)
-        clip = [frame for index, frame in enumerate(frames) if index < CLIP_FRAMES]
+        clip = [frame for frame, _ in zip(frames, drive_poses()[:CLIP_FRAMES], strict=False)]
+        for _ in frames:
+            pass
         with open(target / "clip.bin", "wb") as file:
             write_stream(file, clip, 1000 // RATE_HZ)
         (target / "drive" / SAVED).unlink(missing_ok=True)
