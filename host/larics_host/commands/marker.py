@@ -133,7 +133,9 @@ def run(args: argparse.Namespace) -> int:
         print(suggestion(args.suggest))
         return 0
     if not args.output:
-        raise UserError("-o is missing: give the file to write, such as -o marker.pdf")
+        raise UserError(
+            "-o is missing: give the file to write, such as -o marker.pdf; see larics marker --help"
+        )
     if not args.ids:
         raise UserError("which ID? Give numbers and ranges, or ask with --suggest N for N places")
     family = chosen_family(args)
