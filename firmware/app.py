@@ -11,9 +11,10 @@ from larics.device.commands import Commands
 from larics.device.frame_messages import Reports
 from larics.device.outbox import Outbox, Uptime
 from larics.device.raw_frame import RawSender
+from larics.locate.odometry import Odometry
 from larics.settings import load
 from larics.wire import messages as m
-from larics.wire.codec import Decoder, Encoder
+from larics.wire.codec import Decoder, Encoder, frame_size
 from larics.wire.encodings import measurement_encoder
 from leds import NoLeds
 from loop import Loop
@@ -53,7 +54,8 @@ class App:
         self.actions = Actions(self.watch, settings, self.parts, self.faults, keeper, board, unique_id)
         raw = RawSender()
         uptime = Uptime()
-        self.commands = Commands(settings, raw, self.actions, boot, uptime)
+        self.odometry = Odometry(clock.ticks_us, frame_size(m.ODOMETRY) * 10000000 // settings.baud)
+        self.commands = Commands(settings, raw, self.actions, boot, uptime, self.odometry)
         self.decoder = Decoder(self.commands.on_message)
         self.line = SerialLine(uart, self.decoder.feed)
         self.encoder = Encoder(clamp=True)  # a device reports the nearest value rather than nothing

@@ -27,7 +27,7 @@ class Loop:
 
     watch      camera_watch.CameraWatch with its camera
     parts      parts.Parts: what settings make anew while the program runs
-    line, outbox, reports, commands, faults, status
+    line, outbox, reports, commands, odometry, faults, status
     leds, watchdog, banner; sentinel: safe_mode.SafeMode or None
     """
 
@@ -84,6 +84,7 @@ class Loop:
     def _serve_line(self):
         app = self._app
         line, faults = app.line, app.faults
+        app.odometry.look()
         try:
             line.poll()
         except MemoryError:
@@ -115,6 +116,9 @@ class Loop:
             return False
         app.faults.end(m.FAULT_DETECT)
         detect_us = clock.ticks_diff(clock.ticks_us(), start_us)
+        if app.odometry.heard:
+            self._serve_line()  # what came meanwhile: the exposure lies between two poses
+            app.odometry.at(camera.capture_us & m.COUNT_MAX)
         count = sensor.place(found)
         app.status.frame_done(count, sensor.rejected, detect_us)
         fault = sensor.follow(count, camera.capture_us, clock.ticks_ms())
@@ -148,6 +152,8 @@ class Loop:
             reports.marker(frame, age_us, index, count, sensor.measurements[index], sensor.calibrated)
         if sensor.navigator is not None:
             reports.pose(frame, age_us, sensor.navigator)
+        if app.odometry.heard:
+            reports.motion(frame, app.odometry)
         app.outbox.commit(now_us)
 
     def _report_status(self):

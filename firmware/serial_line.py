@@ -4,6 +4,7 @@ A call never waits for the line: `send` stores a message, `pump` gives the UART 
 """
 
 _CHUNK = 64
+_POLL_MAX = 1024  # what a receive buffer holds: after a long detection all of it is read
 _PUMP_MAX = 256  # some ports wait until the bytes are out: 22 ms at 115200 baud at most
 
 
@@ -72,10 +73,10 @@ class SerialLine:
 
     def poll(self):
         """Hands on what has arrived, a piece at a time; returns False when the UART failed."""
-        budget = _CHUNK
+        budget = _POLL_MAX
         try:
             while budget > 0:
-                count = min(self._uart.any(), budget)
+                count = min(self._uart.any(), _CHUNK)
                 if count:
                     count = self._uart.readinto(self._received, count)
                 if not count:

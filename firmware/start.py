@@ -49,7 +49,7 @@ def make_camera(board, settings):
 def make_uart(board, baud):
     from machine import UART
 
-    options = {"timeout": 0, "timeout_char": 2, "rxbuf": 512}
+    options = {"timeout": 0, "timeout_char": 2, "rxbuf": 1024}  # a third of a second of odometry
     if board.uart_pins:
         options["tx"], options["rx"] = board.uart_pins
     try:

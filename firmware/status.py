@@ -38,6 +38,10 @@ _STATUS_LATENCY_US = const(22)
 _STATUS_FREE_BYTES = const(23)
 _STATUS_UNANSWERED = const(24)
 _STATUS_CLAMPED = const(25)
+_STATUS_ODOMETRY_USED = const(26)
+_STATUS_ODOMETRY_REFUSED = const(27)
+_STATUS_ODOMETRY_STALE = const(28)
+_STATUS_ODOMETRY_JUMPS = const(29)
 # generated: end indices
 
 VERSION = tuple(int(part) for part in larics.__version__.split("."))
@@ -119,6 +123,11 @@ class Status:
         values[_STATUS_FREE_BYTES] = self._free_bytes
         values[_STATUS_UNANSWERED] = app.commands.unanswered
         values[_STATUS_CLAMPED] = app.encoder.clamped
+        odometry = app.odometry
+        values[_STATUS_ODOMETRY_USED] = odometry.used
+        values[_STATUS_ODOMETRY_REFUSED] = odometry.refused
+        values[_STATUS_ODOMETRY_STALE] = odometry.stale
+        values[_STATUS_ODOMETRY_JUMPS] = odometry.jumps
         outbox.worst_age_us = 0
         self._begin_second()
         return values

@@ -212,6 +212,8 @@ def rates():
         ("MARKER, POSE, STATUS", (marker + pose) * 60 + status),
         ("three MARKERs, POSE, STATUS", (3 * marker + pose) * 60 + status),
         ("MARKER, POSE, STATUS, rate_divider 3", (marker + pose) * 20 + status),
+        ("MARKER, POSE, MOTION, STATUS", (marker + pose + size(messages.MOTION)) * 60 + status),
+        ("received: ODOMETRY, 100 a second", size(messages.ODOMETRY) * 100),
         ("nmea: MARKER, POSE, STATUS", (text[0] + text[1]) * 60 + text[2]),
         ("mavlink: LANDING_TARGET, HEARTBEAT", mavlink[0] * 60 + mavlink[2]),
         ("mavlink: with VISION_POSITION_ESTIMATE", (mavlink[0] + mavlink[1]) * 60 + mavlink[2]),

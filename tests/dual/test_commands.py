@@ -34,13 +34,22 @@ class Actions:
         return self.frame
 
 
+class Odometry:
+    def __init__(self):
+        self.taken = 0
+
+    def take(self, values):
+        self.taken += 1
+
+
 class Bench:
     def __init__(self):
         self.actions = Actions()
         self.settings = Settings()
         self.raw = RawSender()
         self.uptime = Uptime()
-        self.commands = Commands(self.settings, self.raw, self.actions, BOOT, self.uptime)
+        self.odometry = Odometry()
+        self.commands = Commands(self.settings, self.raw, self.actions, BOOT, self.uptime, self.odometry)
         self.sequence = 65530
 
     def ask(self, number, *values):
@@ -195,6 +204,7 @@ def test_odometry_numbers_the_same_requester():
         bench.commands.on_message(m.ODOMETRY, bench.sequence, message_values(m.ODOMETRY))
         bench.sequence = (bench.sequence + 1) & 0xFFFF
     assert bench.ask(m.SAVE_SETTINGS, 3) == [ack(3, m.SAVE_SETTINGS)] and bench.actions.saves == 1
+    assert bench.odometry.taken == 70000 and bench.commands.unanswered == 0
 
 
 def test_an_answer_is_remembered_for_half_a_minute():

@@ -27,7 +27,7 @@ class Camera:
         self.saved = self.copies = 0
         self.raw = RawSender()
         self.uptime = Uptime()
-        self.commands = Commands(self.settings, self.raw, self, 77, self.uptime)
+        self.commands = Commands(self.settings, self.raw, self, 77, self.uptime, None)
         self.decoder = Decoder(self.commands.on_message)
         self.outbox = Outbox(self, Encoder(True), (self.commands, self.raw), baud, lambda new, old: new - old)
         self.line = bytearray()
@@ -146,7 +146,7 @@ def test_a_restart_of_the_camera_between_two_parts_is_told():
         if number == m.SET_SETTING:
             parts.append(values)
             if len(parts) == 2:  # power lost and back: another boot, the settings as they were
-                camera.commands = Commands(Settings(), camera.raw, camera, 78, camera.uptime)
+                camera.commands = Commands(Settings(), camera.raw, camera, 78, camera.uptime, None)
                 camera.outbox._answers = camera.commands
                 camera.commands.announce()
                 return

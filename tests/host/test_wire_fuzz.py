@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from larics.device.commands import Commands
 from larics.device.outbox import Uptime
 from larics.device.raw_frame import RawSender
+from larics.locate.odometry import Odometry
 from larics.settings import FIELDS, Settings
 from larics.wire import codec, framing
 from larics.wire import messages as m
@@ -95,7 +96,8 @@ def requests(draw):
 def test_any_requests_are_answered_within_their_ranges(wanted, seconds):
     uptime = Uptime()
     chosen, raw = Settings(), RawSender()
-    commands = Commands(chosen, raw, _Actions(), 1, uptime)
+    odometry = Odometry(lambda: uptime.s * 1000000 & m.COUNT_MAX)
+    commands = Commands(chosen, raw, _Actions(), 1, uptime, odometry)
     encoder = codec.Encoder()
     for k, (number, sequence, values) in enumerate(wanted):
         uptime.s += seconds[k] if k < len(seconds) else 0

@@ -9,7 +9,7 @@ import pytest
 import larics
 from larics.wire import framing
 from larics.wire.codec import Counters, Decoder, Encoder, fields
-from larics.wire.messages import COUNT_MAX, INFO, PING, STATUS
+from larics.wire.messages import COUNT_MAX, INFO, ODOMETRY, PING, STATUS
 from recorded import Stream, message
 from test_golden_wire import GOLDEN, golden_sequence, golden_values
 from tools import make_protocol, vehicle_build
@@ -179,6 +179,46 @@ def test_both_count_the_same_losses_and_restarts(programs):
             values = message(number, **({} if number == PING else {"boot": boot}))
             data += bytes(encoder.buffer[: encoder.encode(number, values)])
         assert in_c(programs["exchange"], data)[1] == in_python(data)[1]
+
+
+def test_odometry_as_c_fills_it(tmp_path):
+    """(sampled, now, x, y, heading) across the end of a 32-bit clock and with angles beyond a turn."""
+    cases = [(1000, 1500, 10, -20, 9000), (2**32 - 100, 400, -5, 7, -1), (2**30 + 5, 2**30 + 9, 0, 0, 36000)]
+    cases += [(7, 7, 1, 2, -72001), (0, 0, 2**29, 0, 0)]
+    source = tmp_path / "odometry.c"
+    calls = "\n".join("    send(%du, %du, %d, %d, %d);" % case for case in cases)
+    source.write_text(ODOMETRY_PROGRAM % calls)
+    data = run(build([source], tmp_path / "odometry", *SANITIZE)).stdout
+    found = [
+        dict(zip([field[0] for field in fields(ODOMETRY)], v, strict=True)) for _, _, v in in_python(data)[0]
+    ]
+    expected = [
+        {"time_us": sampled % 2**30, "age_us": (now - sampled) % 2**30, "x_mm10": x, "y_mm10": y,
+         "heading_cdeg": heading % 36000, "epoch": 9, "flags": 0}
+        for sampled, now, x, y, heading in cases[:-1]
+    ]  # fmt: skip
+    assert found == expected  # further than an odometry may be is not sent
+
+
+ODOMETRY_PROGRAM = """
+#include <stdio.h>
+#include "larics.h"
+
+static void send(uint32_t sampled, uint32_t now, int32_t x, int32_t y, int32_t heading)
+{
+    static larics_message message;
+    static uint16_t sequence;
+    uint8_t frame[LARICS_MAX_FRAME];
+    larics_set_odometry(&message, sampled, now, x, y, heading, 9);
+    fwrite(frame, 1, larics_encode(&message, sequence++, frame), stdout);
+}
+
+int main(void)
+{
+%s
+    return 0;
+}
+"""
 
 
 def test_counters_wrap_where_those_of_python_do(tmp_path):

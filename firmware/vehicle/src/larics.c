@@ -128,8 +128,8 @@ static const field fields[] LARICS_IN_FLASH = {
     {U30, offsetof(larics_motion, frame)},
     {U8 | RANGED, offsetof(larics_motion, state)},
     {U8, offsetof(larics_motion, epoch)},
-    {I30, offsetof(larics_motion, x_mm10)},
-    {I30, offsetof(larics_motion, y_mm10)},
+    {I30 | RANGED, offsetof(larics_motion, x_mm10)},
+    {I30 | RANGED, offsetof(larics_motion, y_mm10)},
     {U16 | RANGED, offsetof(larics_motion, heading_cdeg)},
     {U30, offsetof(larics_motion, way_mm10)},
     {U30, offsetof(larics_motion, turn_cdeg)},
@@ -160,8 +160,8 @@ static const field fields[] LARICS_IN_FLASH = {
     {U16, offsetof(larics_restart, boot)},
     {U30, offsetof(larics_odometry, time_us)},
     {U30, offsetof(larics_odometry, age_us)},
-    {I30, offsetof(larics_odometry, x_mm10)},
-    {I30, offsetof(larics_odometry, y_mm10)},
+    {I30 | RANGED, offsetof(larics_odometry, x_mm10)},
+    {I30 | RANGED, offsetof(larics_odometry, y_mm10)},
     {U16 | RANGED, offsetof(larics_odometry, heading_cdeg)},
     {U8, offsetof(larics_odometry, epoch)},
     {U8 | RANGED, offsetof(larics_odometry, flags)},
@@ -205,8 +205,12 @@ static const range ranges[] LARICS_IN_FLASH = {
     {90, 1, 65535}, /* RAW_HEADER.height */
     {91, 1, 65535}, /* RAW_HEADER.chunks */
     {98, 0, 2}, /* MOTION.state */
+    {100, -536870911, 536870911}, /* MOTION.x_mm10 */
+    {101, -536870911, 536870911}, /* MOTION.y_mm10 */
     {102, 0, 35999}, /* MOTION.heading_cdeg */
     {127, 1, 65535}, /* GET_RAW_AGAIN.count */
+    {132, -536870911, 536870911}, /* ODOMETRY.x_mm10 */
+    {133, -536870911, 536870911}, /* ODOMETRY.y_mm10 */
     {134, 0, 35999}, /* ODOMETRY.heading_cdeg */
     {136, 0, 3}, /* ODOMETRY.flags */
 };
@@ -490,6 +494,21 @@ size_t larics_encode(const larics_message *message, uint16_t sequence, uint8_t f
     frame[code] = (uint8_t)(end - code);
     frame[end] = 0;
     return end + 1;
+}
+
+void larics_set_odometry(larics_message *message, uint32_t sampled_us, uint32_t now_us, int32_t x_mm10,
+                         int32_t y_mm10, int32_t heading_cdeg, uint8_t epoch)
+{
+    larics_odometry *odometry = &message->as.odometry;
+    int32_t heading = heading_cdeg % 36000;
+    memset(message, 0, sizeof *message);
+    message->type = LARICS_ODOMETRY;
+    odometry->time_us = sampled_us & LARICS_COUNT_MAX;
+    odometry->age_us = (now_us - sampled_us) & LARICS_COUNT_MAX;
+    odometry->x_mm10 = x_mm10;
+    odometry->y_mm10 = y_mm10;
+    odometry->heading_cdeg = (uint16_t)(heading < 0 ? heading + 36000 : heading);
+    odometry->epoch = epoch;
 }
 
 size_t larics_frame_size(uint8_t type)

@@ -302,8 +302,8 @@ typedef struct {
     uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
     uint8_t state; /* MOTION state; 0..2 */
     uint8_t epoch; /* of the ODOMETRY used */
-    int32_t x_mm10; /* odometry frame, in the middle of the exposure, 0.1 mm */
-    int32_t y_mm10; /* the same, 0.1 mm */
+    int32_t x_mm10; /* odometry frame, in the middle of the exposure, 0.1 mm; -536870911..536870911 */
+    int32_t y_mm10; /* the same, to the left, 0.1 mm; -536870911..536870911 */
     uint16_t heading_cdeg; /* the same, counterclockwise, 0.01 deg; 0..35999 */
     uint32_t way_mm10; /* driven since the start, to and fro, wraps to 0, 0.1 mm */
     uint32_t turn_cdeg; /* turned since the start, to and fro, wraps to 0, 0.01 deg */
@@ -363,8 +363,8 @@ typedef struct {
 typedef struct {
     uint32_t time_us; /* when it was sampled, on the vehicle's clock; wraps to 0, us */
     uint32_t age_us; /* from then to the start of sending, us */
-    int32_t x_mm10; /* odometry frame; cumulative since its start, 0.1 mm */
-    int32_t y_mm10; /* the same, to the left, 0.1 mm */
+    int32_t x_mm10; /* odometry frame; cumulative since its start, 0.1 mm; -536870911..536870911 */
+    int32_t y_mm10; /* the same, to the left, 0.1 mm; -536870911..536870911 */
     uint16_t heading_cdeg; /* vehicle's x axis in that frame, counterclockwise, 0.01 deg; 0..35999 */
     uint8_t epoch; /* another one after each jump or reset of x, y, heading or time_us */
     uint8_t flags; /* sum of ODOMETRY flags; 0..3 */
@@ -436,6 +436,13 @@ int larics_decode(larics_decoder *decoder, uint8_t byte);
 /* Puts `message`, numbered `sequence` (the caller counts up), into frame[0..result-1]. 0 when its type is
  * unknown or a field is out of its range: nothing must be sent then. */
 size_t larics_encode(const larics_message *message, uint16_t sequence, uint8_t frame[LARICS_MAX_FRAME]);
+
+/* Makes `message` an ODOMETRY to be sent now: where the wheels say that the vehicle is, in its own odometry frame
+ * (0.1 mm; heading counterclockwise in 0.01 deg, any angle). sampled_us and now_us are of one clock that counts
+ * microseconds and may wrap as uint32_t does (milliseconds * 1000u will do). The pose is cumulative: a lost
+ * message costs nothing. Another epoch says that pose or clock begin anew. */
+void larics_set_odometry(larics_message *message, uint32_t sampled_us, uint32_t now_us, int32_t x_mm10,
+                         int32_t y_mm10, int32_t heading_cdeg, uint8_t epoch);
 
 /* Bytes of a message of this type on the line, always the same; 0 for an unknown type. */
 size_t larics_frame_size(uint8_t type);

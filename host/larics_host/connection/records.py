@@ -168,7 +168,7 @@ class Motion(NamedTuple):
     state: int  # MOTION state
     epoch: int  # of the ODOMETRY used
     x_mm10: int  # odometry frame, in the middle of the exposure, 0.1 mm
-    y_mm10: int  # the same, 0.1 mm
+    y_mm10: int  # the same, to the left, 0.1 mm
     heading_cdeg: int  # the same, counterclockwise, 0.01 deg
     way_mm10: int  # driven since the start, to and fro, wraps to 0, 0.1 mm
     turn_cdeg: int  # turned since the start, to and fro, wraps to 0, 0.01 deg

@@ -51,6 +51,7 @@ class Commands:
     raw       a larics.device.raw_frame.RawSender
     boot      a random number of this start, 0..65535
     uptime    a larics.device.outbox.Uptime that somebody advances
+    odometry  a larics.locate.odometry.Odometry: takes what the vehicle tells of its wheels
     actions   object with
         info(values)            fills the fields of INFO beside token and boot
         settings_changed(name)  a setting has a new value
@@ -62,7 +63,7 @@ class Commands:
     counts the requests that were dropped.
     """
 
-    def __init__(self, settings, raw, actions, boot, uptime):
+    def __init__(self, settings, raw, actions, boot, uptime, odometry):
         self.values = None
         self.restart_due = False
         self.unanswered = 0
@@ -71,6 +72,7 @@ class Commands:
         self._actions = actions
         self._boot = boot
         self._uptime = uptime
+        self._odometry = odometry
         self._sequence = -1
         self._remembered = []  # (command, values, reason, detail, uptime in seconds), newest last
         self._waiting = []  # (token, command, reason, detail)
@@ -94,6 +96,7 @@ class Commands:
             return
         self._watch_requester(sequence)
         if number == m.ODOMETRY:
+            self._odometry.take(values)
             return
         if len(self._waiting) >= _WAITING:
             self.unanswered = (self.unanswered + 1) & m.COUNT_MAX

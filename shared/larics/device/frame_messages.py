@@ -39,6 +39,16 @@ _POSE_SIGMA_CDEG = const(11)
 _POSE_WAY_MM = const(12)
 _POSE_ROUTE_POSITION = const(13)
 _POSE_NEXT_CDEG = const(14)
+_MOTION_FIELDS = const(9)
+_MOTION_FRAME = const(0)
+_MOTION_STATE = const(1)
+_MOTION_EPOCH = const(2)
+_MOTION_X_MM10 = const(3)
+_MOTION_Y_MM10 = const(4)
+_MOTION_HEADING_CDEG = const(5)
+_MOTION_WAY_MM10 = const(6)
+_MOTION_TURN_CDEG = const(7)
+_MOTION_ODOMETRY_AGE_US = const(8)
 # generated: end indices
 
 
@@ -49,6 +59,7 @@ class Reports:
         self._outbox = outbox
         self._marker = [0] * _MARKER_FIELDS
         self._pose = [0] * _POSE_FIELDS
+        self._motion = [0] * _MOTION_FIELDS
 
     def marker(self, frame, age_us, index, count, measurement, calibrated):
         """One of the markers of a frame; `measurement` as larics.locate.camera_model fills it."""
@@ -112,3 +123,17 @@ class Reports:
         values[_POSE_ROUTE_POSITION] = navigator.route_position
         values[_POSE_NEXT_CDEG] = navigator.next_cdeg
         self._outbox.add(m.POSE, values)
+
+    def motion(self, frame, odometry):
+        """The vehicle's odometry at the exposure of a frame, as larics.locate.odometry.Odometry found it."""
+        values = self._motion
+        values[_MOTION_FRAME] = frame
+        values[_MOTION_STATE] = odometry.state
+        values[_MOTION_EPOCH] = odometry.epoch
+        values[_MOTION_X_MM10] = odometry.x_mm10
+        values[_MOTION_Y_MM10] = odometry.y_mm10
+        values[_MOTION_HEADING_CDEG] = odometry.heading_cdeg
+        values[_MOTION_WAY_MM10] = odometry.way_mm10
+        values[_MOTION_TURN_CDEG] = odometry.turn_cdeg
+        values[_MOTION_ODOMETRY_AGE_US] = odometry.age_us
+        self._outbox.add(m.MOTION, values)

@@ -117,6 +117,7 @@ FAULT_ROUTE = const(19)
 
 _TOKEN = ("token", "H", "", 0, 65535, "returned by the answer; a retry repeats it, a new command does not")
 _FRAME = ("frame", "I", "", 0, COUNT_MAX, "number of the camera frame, wraps to 0 after 2**30 - 1")
+_FAR = const(0x1FFFFFFF)  # of odometry: 53 km, so that a difference stays within 30 bits
 _AGE = ("age_us", "I", "us", 0, COUNT_MAX, "from the middle of the exposure to the start of sending")
 
 
@@ -279,8 +280,8 @@ MESSAGES = (
             _FRAME,
             ("state", "B", "", 0, 2, "MOTION state"),
             ("epoch", "B", "", 0, 255, "of the ODOMETRY used"),
-            ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "odometry frame, in the middle of the exposure"),
-            ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "the same"),
+            ("x_mm10", "i", "0.1 mm", -_FAR, _FAR, "odometry frame, in the middle of the exposure"),
+            ("y_mm10", "i", "0.1 mm", -_FAR, _FAR, "the same, to the left"),
             ("heading_cdeg", "H", "0.01 deg", 0, 35999, "the same, counterclockwise"),
             ("way_mm10", "I", "0.1 mm", 0, COUNT_MAX, "driven since the start, to and fro, wraps to 0"),
             ("turn_cdeg", "I", "0.01 deg", 0, COUNT_MAX, "turned since the start, to and fro, wraps to 0"),
@@ -327,8 +328,8 @@ MESSAGES = (
         (
             ("time_us", "I", "us", 0, COUNT_MAX, "when it was sampled, on the vehicle's clock; wraps to 0"),
             ("age_us", "I", "us", 0, COUNT_MAX, "from then to the start of sending"),
-            ("x_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "odometry frame; cumulative since its start"),
-            ("y_mm10", "i", "0.1 mm", -COUNT_MAX, COUNT_MAX, "the same, to the left"),
+            ("x_mm10", "i", "0.1 mm", -_FAR, _FAR, "odometry frame; cumulative since its start"),
+            ("y_mm10", "i", "0.1 mm", -_FAR, _FAR, "the same, to the left"),
             ("heading_cdeg", "H", "0.01 deg", 0, 35999, "vehicle's x axis in that frame, counterclockwise"),
             ("epoch", "B", "", 0, 255, "another one after each jump or reset of x, y, heading or time_us"),
             ("flags", "B", "", 0, 3, "sum of ODOMETRY flags"),
