@@ -1,5 +1,6 @@
 """Coded markers on frames drawn with integers: right, alike on both interpreters, and without allocation."""
 
+from larics.arith.fixed import wrap_cdeg
 from larics.detect.detector import Detector
 from larics.marker import LARICS3
 from larics.marker.detection import FLAG_ID_UNCERTAIN, FLAG_UNCONFIRMED
@@ -74,6 +75,23 @@ def test_a_line_that_contradicts_the_cells_takes_the_id():
     assert [one.marker_id for one in detector(family=LARICS3).detect(frame)] == [4]
     for one in detector().detect(frame):
         assert one.marker_id == -1 and one.flags & FLAG_ID_UNCERTAIN
+
+
+def test_the_code_tells_the_orientation_where_the_line_is_hidden():
+    # everything beyond 155 mm to the right is covered, and the orientation line points there
+    edge = (CENTRE[0] + RADIUS_Q4 * 155 // 150) // 16
+    for marker_id, heading_cdeg in ((1261, 0), (4094, 500), (2222, 35700)):
+        found = detector(second_opinion=False).detect(board(drawn(marker_id, heading_cdeg), edge))
+        assert [one.marker_id for one in found] == [marker_id]
+        assert abs(wrap_cdeg(found[0].heading_cdeg - heading_cdeg)) < 150
+    # three lines alone cannot tell that
+    assert not detector(family=LARICS3, second_opinion=False).detect(board(drawn(1261), edge))
+
+
+def test_no_orientation_line_is_guessed_where_the_plate_is_seen_to_be_white():
+    frame = hide(drawn(1261, 9000), RADIUS_Q4 * 192 // 150, 0, 7)
+    found = detector(second_opinion=False).detect(frame)
+    assert not [one for one in found if one.marker_id >= 0]
 
 
 def test_only_allowed_ids_are_told():

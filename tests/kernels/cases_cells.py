@@ -52,8 +52,8 @@ def cell_weights(random):
         for noise in (1, 60, 400, 40000):
             for hidden in (0, 5, 11, 24):
                 depths = _depths(random, marker_id, noise, hidden, 40 * hidden)
-                yield (ints(48, random), 0, 0, depths, zeros32(24))
-    yield (ints(48, random), 0, 0, zeros32(72), zeros32(24))
+                yield (ints(48, random), 0, 0, depths, zeros32(25))
+    yield (ints(48, random), 0, 0, zeros32(72), zeros32(25))
 
 
 def likeliest_words(random):
@@ -67,7 +67,8 @@ def likeliest_words(random):
                     sign = 64 if dark >> cell & 1 else -64
                     weight = max(-1023, min(1023, sign + random.between(-noise, noise)))
                     weights[cell] = BIAS + (weight if cell >= erased else 0)
-                lines = ints(3, random, BIAS - 64, BIAS + 64)
+                lines = ints(4, random, BIAS - 64, BIAS + 64)
+                lines[3] = random.below(24)
                 allowed = everything if random.below(2) else random_bytes(512, random)
                 scratch, result = ints(SCRATCH, random), ints(5, random)
                 yield (scratch, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, result)

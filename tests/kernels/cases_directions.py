@@ -38,7 +38,14 @@ def dark_directions(random):
         )  # fmt: skip
 
 
+def quarter_phase(random):
+    for directions, low, high in ((256, 0, 16800), (128, 0, 4180), (64, 16800, 16800), (128, 1, 1)):
+        profile = words(directions, random, low, high)
+        yield profile, 0, 0, fixed.COSINE, directions, ints(2, random)
+
+
 CASES = {
+    "quarter_phase": quarter_phase,
     "annulus_profile": annulus_profile,
     "dark_directions": dark_directions,
 }

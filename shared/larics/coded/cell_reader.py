@@ -55,8 +55,11 @@ UNKNOWN = const(-1)
 # a cell that leaves no doubt weighs 64; the second word must cost that much more than the first,
 _GAP_LEAST = const(78)
 _GAP_LEAST_ALONE = const(110)  # without lines that agree,
+_GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
+_COST_MOST_TURNED = const(80)  # that much,
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
 _COST_SHARE = const(2)  # and at least 2/4 of what the first contradicts
+_NEVER = const(1 << 20)
 _LINE_DARK = const(64)  # weights of a coding line: one that is seen,
 _LINE_WHITE = const(32)  # and one that is not, which may be hidden
 
@@ -81,8 +84,8 @@ class CellReader:
         self._allowed = allowed
         self._scratch = scratch
         self._mirrored = mirrored
-        self._weights = array("i", bytes(4 * 24))
-        self._lines = array("i", bytes(12))
+        self._weights = array("i", bytes(4 * 25))
+        self._lines = array("i", bytes(16))
         self._result = array("i", bytes(4 * _WORD_ITEMS))
         self.margin = 0
 
@@ -90,19 +93,15 @@ class CellReader:
         """Bytes of the buffers."""
         return 4 * (len(self.depths) + len(self.pose) + len(self._weights) + 8)
 
-    def decide(self, lines_id):
+    def decide(self, lines_id, is_turned=False):
         """Which ID the cells measured last tell: above 7, PLAIN, or UNKNOWN; sets `margin`.
 
-        lines_id: 1..7 as the coding lines were read, which must agree; 0 when they are in doubt."""
+        lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt. is_turned: the code
+        alone says where the orientation line is."""
         self.margin = 0
-        if not kernels.cell_weights(self._scratch, 0, 0, self.depths, self._weights):
+        if not self._weigh():
             return UNKNOWN
-        weights = self._weights
         if self._mirrored:
-            for cell in range(12):
-                weight = weights[cell]
-                weights[cell] = weights[23 - cell]
-                weights[23 - cell] = weight
             lines_id = mirrored_lines(lines_id)
         lines = self._lines
         for bit in range(3):
@@ -110,18 +109,74 @@ class CellReader:
             if lines_id:
                 weight = _LINE_DARK if lines_id >> bit & 1 else -_LINE_WHITE
             lines[bit] = weight + _BIAS
+        self._find(0)
         result = self._result
-        kernels.likeliest_words(self._scratch, 0, 0, weights, CELL_ROWS, lines, self._allowed, result)
         told = result[_WORD_ID]
         cost = result[_WORD_COST]
         gap = result[_WORD_SECOND] - cost
         if told and lines_id and told & 7 != lines_id:
             return UNKNOWN
         least = _GAP_LEAST if lines_id or not told else _GAP_LEAST_ALONE
+        if is_turned:
+            least = _GAP_LEAST_TURNED
+            if cost > _COST_MOST_TURNED:
+                return UNKNOWN
         if gap < least or gap * 4 < cost * _COST_SHARE:
             return UNKNOWN
         self.margin = min(255, (gap - least) * 255 // _GAP_SURE)
         return told
+
+    def find_turn(self, seen, possible):
+        """By how many quarter turns, counterclockwise as seen, the orientation line lies beyond the direction
+        through which the cells were measured last; -1 when the code does not make that certain.
+
+        seen: for each of four quarter turns what the inner position there says, above 0 for a line, below for
+        none, as much as that is to weigh; possible: bit k: the orientation line may lie there."""
+        if not self._weigh():
+            return -1
+        lines = self._lines
+        result = self._result
+        found = -1
+        best = _NEVER
+        second = _NEVER
+        for turn in range(4):
+            if not possible >> turn & 1:
+                continue
+            for bit in range(3):
+                side = 1 + bit if self._mirrored else 3 - bit
+                lines[bit] = seen[(turn + side) & 3] + _BIAS
+            self._find((24 - 6 * turn) % 24 if self._mirrored else 6 * turn)
+            cost = result[_WORD_COST]
+            if cost < best:
+                second = min(best, result[_WORD_SECOND])
+                best = cost
+                found = turn if result[_WORD_ID] else -1  # the empty word is the same in all turns
+            else:
+                second = min(second, cost)
+        gap = second - best
+        return found if gap >= _GAP_LEAST_TURNED and best <= _COST_MOST_TURNED else -1
+
+    def white(self):
+        """The white of the plate beside the cells that `decide` or `find_turn` weighed last, log units."""
+        return self._weights[24]
+
+    def _weigh(self):
+        """Weighs the cells measured last; False when too few tell anything."""
+        weights = self._weights
+        if not kernels.cell_weights(self._scratch, 0, 0, self.depths, weights):
+            return False
+        if self._mirrored:
+            for cell in range(12):
+                weight = weights[cell]
+                weights[cell] = weights[23 - cell]
+                weights[23 - cell] = weight
+        return True
+
+    def _find(self, first_cell):
+        self._lines[3] = first_cell
+        kernels.likeliest_words(
+            self._scratch, 0, 0, self._weights, CELL_ROWS, self._lines, self._allowed, self._result
+        )
 
     def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth):
         """Measures the cells of a marker; False when its shape is none that a pose can have.

@@ -130,6 +130,7 @@ class Detector:
         detections = [Detection() for _ in range(MARKERS)]
         self._found = [detections[:count] for count in range(MARKERS + 1)]
         self._all = detections
+        self._turned = bytearray(MARKERS)  # whether the code alone told the orientation of each
         self._count = 0
         self._seen = False
         self._x_q8 = self._y_q8 = self._radius_q8 = self._motion_x_q8 = self._motion_y_q8 = 0
@@ -295,22 +296,25 @@ class Detector:
         if verdict <= verdicts.ID_UNCERTAIN and self.blur_reader is not None and not direct.decides():
             verdict = verdicts.POOR_RINGS
         statistics.verdicts[verdict] += 1
-        if verdict and self.blur_reader is not None:
+        is_turned = verdict == verdicts.ACCEPTED and direct.is_turned
+        if (verdict or is_turned) and self.blur_reader is not None:
             self.blur_reader.candidates.remember(
-                x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8, verdict, 0
-            )
+                x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8,
+                verdicts.NO_ORIENTATION if is_turned else verdict, 0,
+            )  # fmt: skip
         if verdict > verdicts.ID_UNCERTAIN:
             return False
+        self._turned[self._count] = is_turned
         self._report(verdict, flags)
         return True
 
     def _ask_again(self, frame):
-        """Asks the blur-model reader when no marker has been read."""
+        """Asks the blur-model reader when no marker has been read, or none with its orientation line."""
         reader = self.blur_reader
         if reader is None:
             return
         for index in range(self._count):
-            if not self._all[index].flags & FLAG_ID_UNCERTAIN:
+            if not (self._all[index].flags & FLAG_ID_UNCERTAIN or self._turned[index]):
                 return
         self._search_blurred(frame)
         verdict = reader.examine(frame)

@@ -73,10 +73,11 @@ class Acceptance:
         count = kernels.line_rules(self._rules, lines.line, lines.second_q8, rings.radius_q8, lines.end_q8)
         return ACCEPTED if self._hold(count) else NO_ORIENTATION
 
-    def code(self, lines, rings, cells):
+    def code(self, lines, rings, cells, is_turned):
         """The verdict on the eight inner positions, of which five must be empty, and on the cells.
 
-        cells: the `coded.cell_reader.CellReader` that has measured them; None for the plain family."""
+        cells: the `coded.cell_reader.CellReader` that has measured them, None for the plain family;
+        is_turned: they alone say where the orientation line is."""
         pose_margin = self.margin
         marker_id = _IN_DOUBT
         is_clean = True
@@ -86,13 +87,15 @@ class Acceptance:
             )
             is_clean = self._hold(4)
         if cells is not None:
-            told = cells.decide(marker_id if is_clean and marker_id != _IN_DOUBT else 0)
+            told = cells.decide(marker_id if is_clean and marker_id != _IN_DOUBT else 0, is_turned)
             if told > PLAIN and holds(self._allowed, told):
                 margin = min(pose_margin, cells.margin)
                 if margin >= self._margin_min:
                     self.margin = margin
                     self.marker_id = told
                     return ACCEPTED
+            if is_turned:
+                return NO_ORIENTATION
             if told != PLAIN:
                 marker_id = _IN_DOUBT
             elif marker_id != _IN_DOUBT and is_clean:

@@ -12,18 +12,21 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import COSINE, LOG_GREY
+from larics.arith.fixed import COSINE, LOG_GREY, atan2_turn16
 from larics.kernels import code, directions
 from larics.kernels import lines as kernels
 
 POSITIONS = const(8)  # every 45 degrees from the orientation line; 2, 4 and 6 carry the bits
 
+_BIAS = const(1 << 24)
 _CROSSING_SLOPE = const(5)  # items as in kernels.layouts
 _CROSSING_AREA = const(7)
 _CROSSING_GAP = const(8)
 _CROSSING_SLOPE_MOST = const(9)
 _CROSSING_ANGLE = const(10)
 _CROSSING_ITEMS = const(11)
+_POSITION_NEAR_MEAN = const(2)
+_POSITION_FAR_MEAN = const(3)
 _POSITION_ITEMS = const(5)
 _SHAPE_LINE_FIRST = const(0)
 _SHAPE_LINE_LAST = const(1)
@@ -44,6 +47,7 @@ _SHAPE_ITEMS = const(15)
 
 _HYPOTHESES = const(3)
 _SAMPLES = const(3)  # in each direction of the annulus
+_INNER_SAMPLES = const(4)
 _LINE_LEAST = const(96)  # area of what may be an orientation line, 256 = as the rings',
 _GAP_MOST = const(90)  # and how much of it may be missing, 256 = all
 _CODE_OPENING = const(104)  # half the angle between two positions, as a slope / 256
@@ -84,6 +88,10 @@ class LineReader:
         shape[_SHAPE_CODE_LAST] = ((family.code_end_mm10 - 20) << 10) // outer
         shape[_SHAPE_CODE_RADII] = _CODE_RADII
         shape[_SHAPE_CODE_OPENING] = _CODE_OPENING
+        self._inner_shape = array("i", shape)
+        self._inner_shape[_SHAPE_AROUND_FIRST] = shape[_SHAPE_CODE_FIRST]
+        self._inner_shape[_SHAPE_AROUND_LAST] = shape[_SHAPE_CODE_LAST]
+        self._inner_shape[_SHAPE_AROUND_SAMPLES] = _INNER_SAMPLES
         self._profile = array("H", bytes(512 // self._stride))
         self._depths = array("H", bytes(512 // self._stride))
         self._picks = array("i", bytes(8 * _HYPOTHESES))
@@ -139,6 +147,49 @@ class LineReader:
         if self.rivals == 1 and best_turn16 != self.angle_turn16:
             self._measure(frame, rings, best_turn16, 1)
         return self.rivals
+
+    def find_quarter(self, frame, rings):
+        """Turns to a direction in which, or at right angles to which, coding lines lie; False without any.
+
+        Whether one of the four is that of the orientation line's is left open."""
+        stride = self._stride
+        profile = self._depths  # what the outer profile holds is still needed
+        wave = self._picks
+        count = 256 // stride
+        inside = directions.annulus_profile(
+            frame, 0, 0, 0, LOG_GREY, COSINE, rings.fit, self._inner_shape, profile
+        )
+        if inside < count:
+            return False
+        directions.quarter_phase(profile, 0, 0, COSINE, count, wave)
+        self.angle_turn16 = (atan2_turn16(-(wave[1] - _BIAS), -(wave[0] - _BIAS)) + 2) >> 2
+        self.read_code(frame, rings)
+        return self.code_inside > 0
+
+    def refine_quarter(self, frame, rings):
+        """Looks for the direction of the coding lines once more, near the last angle."""
+        before_turn16 = self.angle_turn16
+        if self.find_quarter(frame, rings):
+            turns = (before_turn16 - self.angle_turn16 + 8192 & 65535) >> 14
+            self.angle_turn16 = self.angle_turn16 + turns * 16384 & 65535
+            self.read_code(frame, rings)
+
+    def quarter_depth(self, turn):
+        """Depth of the inner position that many quarter turns counterclockwise, 256 = as the rings'."""
+        slot = 2 * turn * _POSITION_ITEMS
+        depth = self.code[slot + _POSITION_NEAR_MEAN] + self.code[slot + _POSITION_FAR_MEAN]
+        return (depth - 2 * _BIAS) >> 1
+
+    def outside(self, turn):
+        """The darkest log grey where the orientation line would be that many quarter turns counterclockwise.
+
+        As `find_orientation` saw it; 0 outside the frame."""
+        index = ((self.angle_turn16 - turn * 16384 & 65535) >> 8) // self._stride
+        count = 256 // self._stride
+        profile = self._profile
+        before = profile[index - 1 if index else count - 1]
+        darkest = min(profile[index], min(profile[(index + 1) % count], before))
+        return max(0, darkest - 1) // _SAMPLES
 
     def _passes(self):
         """Whether what was measured last is a straight, radial, uninterrupted line."""

@@ -3,6 +3,8 @@
 rings -> decode -> verdict
 """
 
+from array import array
+
 try:
     from micropython import const
 except ImportError:
@@ -21,6 +23,11 @@ _DEVIATION_Q10 = const(480)  # after the first passes
 _FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/51, is followed by others,
 _COARSE_PASSES = const(3)  # at most that many
 _SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeated
+_LINE_LEAST = const(125)  # depth of an inner position that is a line, 256 = as the rings',
+_EMPTY_MOST = const(40)  # and of one that is empty; what they weigh against a cell's 64:
+_LINE_SEEN = const(64)
+_NO_LINE_SEEN = const(16)  # it may be hidden
+_WHITE = const(40)  # log units: a place that differs less from the white plate
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
 
@@ -29,6 +36,7 @@ class DirectReader:
 
     rings, lines, cells, acceptance   what was measured of the last one, and the decision on it
                                       (cells: None for the plain family)
+    is_turned                         the code, not the orientation line, told how the last one is turned
     """
 
     def __init__(self, width, height, family, line_mm10, radius_max_q8, allowed, margin_min, mirrored):
@@ -40,6 +48,8 @@ class DirectReader:
         self.lines = LineReader(family, line_mm10)
         self.acceptance = Acceptance(allowed, margin_min)
         # where the edges' distances lie, nothing lies any more when the cells are read
+        self.is_turned = False
+        self._seen = array("i", bytes(16))
         self.cells = None
         if family.coded:
             self.cells = CellReader(width, height, allowed, self.rings.distances, mirrored)
@@ -83,7 +93,8 @@ class DirectReader:
         if not acceptance.first_look(rings, _DEVIATION_Q10):
             return verdicts.POOR_RINGS
         rivals = lines.find_orientation(frame, rings)
-        if rivals != 1:
+        self.is_turned = rivals != 1
+        if self.is_turned and not self._turn_by_code(frame):
             return verdicts.TWO_ORIENTATIONS if rivals else verdicts.NO_ORIENTATION
         lines.read_code(frame, rings)
         rings.skip_lines(lines)
@@ -95,11 +106,51 @@ class DirectReader:
         verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         if verdict != verdicts.ACCEPTED:
             return verdict
-        lines.refine(frame, rings)
-        verdict = acceptance.orientation(lines, rings)
-        if verdict != verdicts.ACCEPTED:
-            return verdict
+        if not self.is_turned:
+            lines.refine(frame, rings)
+            margin = acceptance.margin
+            verdict = acceptance.orientation(lines, rings)
+            if verdict != verdicts.ACCEPTED:
+                if not self._turn_by_code(frame):
+                    return verdict
+                self.is_turned = True
+                acceptance.margin = margin
+                lines.read_code(frame, rings)
+        else:
+            lines.refine_quarter(frame, rings)
         cells = self.cells
         if cells is not None and not cells.measure_direct(frame, rings, lines):
             return verdicts.POOR_RINGS
-        return acceptance.code(lines, rings, cells)
+        return acceptance.code(lines, rings, cells, self.is_turned)
+
+    def _turn_by_code(self, frame):
+        """Finds the orientation by the code, where the line is hidden or has rivals; False in doubt."""
+        cells = self.cells
+        lines = self.lines
+        if (
+            cells is None
+            or self.rings.radius_q8 < _SMALL_Q8  # the blur-model reader sees more in so few pixels
+            or not lines.find_quarter(frame, self.rings)
+            or not cells.measure_direct(frame, self.rings, lines)
+        ):
+            return False
+        seen = self._seen
+        possible = 0
+        for turn in range(4):
+            depth = lines.quarter_depth(turn)
+            seen[turn] = 0
+            if depth >= _LINE_LEAST:
+                seen[turn] = _LINE_SEEN
+            elif depth < _EMPTY_MOST:
+                seen[turn] = -_NO_LINE_SEEN
+            if depth < _LINE_LEAST:
+                possible |= 1 << turn
+        turn = cells.find_turn(seen, possible)
+        if turn < 0:
+            return False
+        # where the plate is seen to be white, no line is hidden
+        outside = lines.outside(turn)
+        if outside and outside > cells.white() - _WHITE and outside < cells.white() + _WHITE:
+            return False
+        lines.angle_turn16 = lines.angle_turn16 - turn * 16384 & 65535
+        return True

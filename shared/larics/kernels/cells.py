@@ -126,7 +126,8 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
     depths: as from `cell_depths`; scratch: 48 items. Levels are the fourth of both ends, since of a coded
     marker at least 8 cells are dark and 8 white; where the darkest are not dark, those of a plain marker.
     What covers a cell looks like white, but is seldom as bright as the white beside the cells that are dark:
-    the less alike, the less a cell tells. Returns how many were looked at, 0 when too few."""
+    the less alike, the less a cell tells. weights has 25 items, the last for the usual white, log units.
+    Returns how many cells were looked at, 0 when too few."""
     count = 0
     i = 0
     while i < 24:
@@ -192,6 +193,7 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
         white = int(scratch[seen * 3 // 5])
     else:
         white = int(scratch[seen >> 1])
+    weights[24] = white
     i = 0
     while i < 24:
         value = int(weights[i]) - _BIAS
@@ -220,20 +222,24 @@ def likeliest_words(
 
     weights: of each cell, + BIAS: above it looks dark, below white, by at most 1023, which is what it costs a
     word to contradict it; lines: likewise of the three coding lines, the least significant first, which count
-    for every word but the empty one, that of a plain marker. generator: tables.CELL_ROWS. allowed: a bit for
-    each of 4096 IDs: the second word must be allowed. rows: SCRATCH items, scratch
-    space.
+    for every word but the empty one, that of a plain marker; then the cell that counts as the first, 0..23.
+    generator: tables.CELL_ROWS. allowed: a bit for each of 4096 IDs: the second word must be allowed. rows:
+    SCRATCH items, scratch space.
     The 12 most telling cells that are independent of each other make a basis. The words that contradict at
     most two of them, and where that leaves doubt three, are looked at one by one; of any other it is known
     what it costs at least (ordered statistics decoding, Fossorier and Lin, IEEE Trans. Inf. Theory 41, 1995,
     p. 1379).
     result: WORD. Returns the ID of the second, or 4096 when none was looked at."""
     # cells by what they tell: items 26 .. 49
+    shift = int(lines[3])
     hard = 0
     blank = 0
     i = 0
     while i < 24:
-        value = int(weights[i]) - _BIAS
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j]) - _BIAS
         if value > 0:
             hard = hard | (1 << i)
         elif value == 0:
@@ -253,7 +259,10 @@ def likeliest_words(
         slot = 50 + ((i >> 2) << 4)
         if i & 3 == 0:
             rows[slot] = 0
-        value = int(weights[i]) - _BIAS
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j]) - _BIAS
         if value < 0:
             value = 0 - value
         size = 1 << (i & 3)
@@ -374,7 +383,10 @@ def likeliest_words(
             contradicted = 0
             i = 0
             while i < 24:
-                if (best_word >> i) & 1 and int(weights[i]) != _BIAS:
+                j = i + shift
+                if j >= 24:
+                    j -= 24
+                if (best_word >> i) & 1 and int(weights[j]) != _BIAS:
                     contradicted += 1
                 i += 1
             # every other word contradicts that many of the basis, and differs from the first in eight cells

@@ -146,3 +146,29 @@ def dark_directions(
             depths[k] = 0
             j += 1
     return picked
+
+
+@micropython.viper
+def quarter_phase(profile: ptr16, k: int, slot: int, circle: ptr16, directions: int, result: ptr32) -> int:
+    """The wave of four periods in a turn that a profile holds: its cosine and sine + BIAS in `result`.
+
+    profile: as from `annulus_profile`, 64..256 directions; circle: fixed.COSINE. What is dark at right angles
+    makes the wave negative there. Returns the number of directions inside the frame."""
+    step = 1024 // directions
+    cosine = 0
+    sine = 0
+    inside = 0
+    k = 0
+    slot = 0
+    while k < directions:
+        value = int(profile[k])
+        if value:
+            inside += 1
+        # up to 16 * 1045 in value
+        cosine += (value * (int(circle[slot]) - 32768)) >> 10
+        sine += (value * (32768 - int(circle[slot + 64]))) >> 10
+        slot = (slot + step) & 255
+        k += 1
+    result[0] = cosine + _BIAS
+    result[1] = sine + _BIAS
+    return inside
