@@ -2,11 +2,21 @@
 
 import gc
 
+from larics.device.frame_check import FrameCheck
 from larics.locate.localizer import SILENT_US
 from larics.wire import messages as m
 
 _TIMEOUT_MS = SILENT_US // 1000
 _RETRY_MS = 2000
+_COPIES = 5  # in a row are a fault; one or two may come from a driver that was asked too early
+_BLIND = 10  # frames in a row, black or white: by then the exposure has tried
+
+
+def _tell(faults, code, count, least):
+    if count >= least:
+        faults.begin(code)
+    elif not count:
+        faults.end(code)
 
 
 class CameraWatch:
@@ -14,12 +24,18 @@ class CameraWatch:
     frame_number   of the newest frame: goes on where a driver that was started again begins anew, so that it
                    never goes back before 2**30 frames
     missed         counts the frames that the camera made and nobody fetched
+    check          frame_check.FrameCheck of the newest frame
+
+    A frame that is the one before once more is no new frame: it would only repeat what was measured already,
+    as if it had been measured again. A camera that serves nothing else is treated as one that is silent.
     """
 
     def __init__(self, camera, faults, clock, started=True):
         self.camera = camera
         self.frame_number = -1
         self.missed = 0
+        self.check = FrameCheck()
+        self._copies = self._dark = self._white = 0  # in a row
         self._driver_number = -1  # the same as the driver counts it
         self._faults = faults
         self._clock = clock
@@ -35,13 +51,17 @@ class CameraWatch:
             return self._restart(now_ms)
         try:
             if camera.grab():
-                self._frame_ms = now_ms
                 faults.end(m.FAULT_CAMERA_TIMEOUT)
                 self._count()
-                return True
+                if self._is_new():
+                    self._frame_ms = now_ms
+                    return True
             if camera.ended or clock.ticks_diff(now_ms, self._frame_ms) < _TIMEOUT_MS:
                 return False
-            faults.begin(m.FAULT_CAMERA_TIMEOUT)
+            if not self._copies:
+                faults.begin(m.FAULT_CAMERA_TIMEOUT)
+            elif not getattr(camera, "adjustable", True):
+                return False  # a recording: begun anew, it would be the same
         except MemoryError:
             faults.report(m.FAULT_MEMORY)
             gc.collect()
@@ -51,6 +71,18 @@ class CameraWatch:
         self._started = False
         self._frame_ms = clock.ticks_add(now_ms, -_RETRY_MS)  # at once, the first time
         return False
+
+    def _is_new(self):
+        """Whether the frame may count as one, and not as a copy of the one before; tells what it shows."""
+        check, faults = self.check, self._faults
+        check.update(self.camera.frame)
+        self._copies = self._copies + 1 if check.is_copy else 0
+        self._dark = self._dark + 1 if check.is_dark else 0
+        self._white = self._white + 1 if check.is_white else 0
+        _tell(faults, m.FAULT_CAMERA_FROZEN, self._copies, _COPIES)
+        _tell(faults, m.FAULT_CAMERA_DARK, self._dark, _BLIND)
+        _tell(faults, m.FAULT_CAMERA_WHITE, self._white, _BLIND)
+        return not check.is_copy
 
     def _count(self):
         """Takes over the driver's numbers, as far as they go up."""

@@ -48,7 +48,6 @@ VERSION = tuple(int(part) for part in larics.__version__.split("."))
 
 _HEAP_EVERY = 10  # statuses: looking for free memory walks the whole heap
 _MEASURED_US = 500000  # a rate of less would be that of the start, not of the camera
-_GREY_PIXELS = 256  # how many pixels the mean grey is taken from
 
 
 class Status:
@@ -114,7 +113,7 @@ class Status:
         values[_STATUS_STATE] = app.parts.sensor.state(now_ms, self._clock.ticks_us())
         values[_STATUS_EXPOSURE_US] = camera.exposure()
         values[_STATUS_GAIN_CDB] = camera.gain()
-        values[_STATUS_GREY_MEAN] = mean_grey(camera.frame) if camera.frame else m.GREY_UNKNOWN
+        values[_STATUS_GREY_MEAN] = app.watch.check.mean if camera.frame else m.GREY_UNKNOWN
         measured = second_us >= _MEASURED_US
         values[_STATUS_RATE_CHZ] = frames * 100000 // (second_us // 1000) if measured else m.RATE_UNKNOWN
         values[_STATUS_FRAME_US] = second_us // frames if frames and measured else m.TIME_UNKNOWN
@@ -131,14 +130,3 @@ class Status:
         outbox.worst_age_us = 0
         self._begin_second()
         return values
-
-
-def mean_grey(frame):
-    """Mean of evenly spread pixels."""
-    step = max(1, len(frame) // _GREY_PIXELS) | 1  # odd, so that it meets every column
-    total = count = place = 0
-    while place < len(frame):
-        total += frame[place]
-        count += 1
-        place += step
-    return total // count

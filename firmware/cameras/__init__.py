@@ -7,7 +7,8 @@ A driver has
     capture_us      time.ticks_us() in the middle of the exposure of `frame`
     skipped         frames the camera made and nobody fetched
     ended           True when no further frame can come (recordings only)
-    adjustable      False when exposure and gain change nothing (recordings only; may be left out)
+    adjustable      False when exposure and gain change nothing, nor does another start (recordings only; may
+                    be left out)
 and
     start()                  open the camera and begin to capture
     grab() -> bool           True: `frame` is the newest frame; False: none has come since the last call.

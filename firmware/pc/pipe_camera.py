@@ -51,6 +51,8 @@ class FrameClock:
 class Pipe:
     """A camera driver; `path` of a named pipe or another stream of frames. grab() waits for the next one."""
 
+    adjustable = False
+
     def __init__(self, path, latency_us=15000):
         self._path = path
         self.clock = FrameClock(latency_us)

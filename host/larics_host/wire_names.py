@@ -154,6 +154,13 @@ ENUMS = (
                 "a marker where it cannot be: misread, moved, or the vehicle was moved",
             ),
             ("FAULT_ROUTE", m.FAULT_ROUTE, "a wrong, missing or unexpected marker on the route"),
+            (
+                "FAULT_CAMERA_FROZEN",
+                m.FAULT_CAMERA_FROZEN,
+                "the camera serves the same picture again and again",
+            ),
+            ("FAULT_CAMERA_DARK", m.FAULT_CAMERA_DARK, "nothing but black: no light, or the lens is covered"),
+            ("FAULT_CAMERA_WHITE", m.FAULT_CAMERA_WHITE, "nothing but white: far too much light"),
         ),
     ),
 )

@@ -16,16 +16,28 @@ ACTIVE = at(m.STATUS, "active_faults")
 STATE = at(m.STATUS, "state")
 
 
+_noisy = {}
+
+
+def noisy(picture, level):
+    """The picture with pixels a little brighter: as a sensor, whose noise never comes again."""
+    key = (picture, level)
+    if key not in _noisy:
+        _noisy[key] = bytes([min(255, pixel + level) for pixel in picture])
+    return _noisy[key]
+
+
 class Camera:
-    """Delivers the same frame for ever, and fails as a test wants."""
+    """Delivers the same picture for ever, and fails as a test wants."""
 
     ended = False
-    adjustable = False
     width, height = 160, 120
 
     def __init__(self, frame, clock):
         self.picture = frame
         self.clock = clock
+        self.frozen = False
+        self.exposed = 0
         self.frame = None
         self.frame_number = -1
         self.skipped = 0
@@ -46,7 +58,10 @@ class Camera:
             raise self.error
         if self.silent:
             return False
-        self.frame = self.picture
+        if not self.frozen or not self.exposed:
+            self.exposed += 1
+            self.served = noisy(self.picture, self.exposed & 1)
+        self.frame = self.served
         self.frame_number += 1
         self.capture_us = self.clock.ticks_us()
         return True
@@ -186,11 +201,11 @@ def states_by_time(settings, trouble, seconds=4):
     steps(app, clock, 500)
     assert state_of(app, clock) == m.TRACKING
     trouble(app, camera)
-    begin_us, changes = clock.now_us, []
+    begin_us, changes, state = clock.now_us, [], m.TRACKING
     while clock.now_us < begin_us + 1000000 * seconds:
         app.loop.step()
-        state = state_of(app, clock)
-        assert lights.shown == (state == m.TRACKING, state == m.COASTING)
+        before, state = state, state_of(app, clock)  # it may change between the two
+        assert lights.shown in [(one == m.TRACKING, one == m.COASTING) for one in (before, state)]
         if not changes or state != changes[-1][1]:
             changes.append(((clock.now_us - begin_us) // 1000, state))
         clock.now_us += 10000
@@ -264,6 +279,56 @@ def test_frame_numbers_go_on_when_the_camera_is_started_again():
     assert camera.started > 1 and camera.frame_number < app.watch.frame_number
     frames = [values[at(m.MARKER, "frame")] for values in uart.of(m.MARKER)]
     assert frames == list(range(len(frames))) and app.watch.missed == 0
+
+
+def test_a_frozen_picture_is_neither_tracked_nor_confirmed():
+    confirming = {"method": "larics", "confirm_needed": 3, "confirm_frames": 4}
+    app, camera, uart, clock = program(dict(MAP, **confirming))
+    app.loop.step()
+    camera.frozen = True
+    steps(app, clock, 3500)
+    told = uart.of(m.MARKER)
+    assert len(told) == 1 and told[0][at(m.MARKER, "flags")] & m.MARKER_UNCONFIRMED  # no copy was reported
+    status = last_status(uart)
+    assert status[STATE] == m.LOST and status[ACTIVE] >> m.FAULT_CAMERA_FROZEN & 1
+    assert not status[ACTIVE] >> m.FAULT_CAMERA_TIMEOUT & 1 and camera.started > 1  # it may help
+    camera.frozen = False
+    steps(app, clock, 3500)
+    assert last_status(uart)[STATE] == m.TRACKING and last_status(uart)[ACTIVE] == 0
+
+
+def test_a_picture_that_freezes_ends_the_tracking_with_the_time():
+    def freeze(app, camera):
+        camera.frozen = True
+
+    assert [state for _, state in states_by_time(MAP, freeze)] == [m.TRACKING, m.COASTING, m.LOST]
+    assert [state for _, state in states_by_time(None, freeze)] == [m.TRACKING, m.LOST]
+
+
+def test_single_copies_cost_nothing_and_are_no_fault():
+    app, camera, uart, clock = program(MAP)
+    for k in range(300):
+        camera.frozen = k & 1 == 1
+        app.loop.step()
+        clock.now_us += 10000
+    assert app.faults.total == 0 and markers(uart) <= 151 and last_status(uart)[STATE] == m.TRACKING
+    assert app.watch.missed == 0
+
+
+def test_darkness_and_glare_are_not_taken_for_a_frozen_camera():
+    for grey, fault in ((0, m.FAULT_CAMERA_DARK), (12, m.FAULT_CAMERA_DARK), (255, m.FAULT_CAMERA_WHITE)):
+        app, camera, uart, clock = program()
+        camera.picture, camera.frozen = plain(grey), True
+        steps(app, clock, 2500)
+        assert app.faults.active == 1 << fault, (grey, app.faults.active)
+        assert app.status.frames > 100 and markers(uart) > 100  # frames without a marker, and exposed anew
+        camera.picture, camera.frozen = PICTURE, False
+        steps(app, clock, 2500)
+        assert app.faults.active == 0 and last_status(uart)[STATE] == m.TRACKING
+    app, camera, uart, clock = program()
+    camera.picture, camera.frozen = plain(128), True  # what a dead sensor may look like
+    steps(app, clock, 2500)
+    assert app.faults.active == 1 << m.FAULT_CAMERA_FROZEN
 
 
 def test_what_is_not_yet_known_is_said_so():

@@ -17,4 +17,12 @@ def count_greys(random):
     yield view(pixels("noise", 1024, 60, random)), words(64, random), 0, 0, 1024, 0, 0, 1024, 60, 1
 
 
-CASES = {"count_greys": count_greys}
+def take_sample(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for step, count in ((1, 1), (1, 20), (3, 251), (7, 100)):
+            yield frame, bytearray(251), 0, 0, step, count, words(4, random)
+            same = bytearray([frame[k * step] for k in range(count)])  # as the frame before
+            yield frame, same, 0, 0, step, count, words(4, random)
+
+
+CASES = {"count_greys": count_greys, "take_sample": take_sample}

@@ -124,6 +124,9 @@ extern "C" {
 #define LARICS_FAULT_MARKER_HEIGHT 17 /* a marker whose size contradicts its height */
 #define LARICS_FAULT_MARKER_PLACE 18 /* a marker where it cannot be: misread, moved, or the vehicle was moved */
 #define LARICS_FAULT_ROUTE 19 /* a wrong, missing or unexpected marker on the route */
+#define LARICS_FAULT_CAMERA_FROZEN 20 /* the camera serves the same picture again and again */
+#define LARICS_FAULT_CAMERA_DARK 21 /* nothing but black: no light, or the lens is covered */
+#define LARICS_FAULT_CAMERA_WHITE 22 /* nothing but white: far too much light */
 
 /* keys of the settings */
 #define LARICS_KEY_WIDTH 1

@@ -1,4 +1,4 @@
-"""Counts grey levels, for the control of the exposure."""
+"""Grey levels of a frame: counted to control the exposure, sampled to compare it with the frame before."""
 
 try:
     import micropython
@@ -26,3 +26,27 @@ def count_greys(
             counts[n] = int(counts[n]) + 1
             place += step
         top += step
+
+
+@micropython.viper
+def take_sample(frame: ptr8, kept: ptr8, place: int, k: int, step: int, count: int, found: ptr16):
+    """Puts every step-th pixel into kept[:count] and tells of them in found, array('H') of 4:
+
+    how many differ from what was kept, the least, the largest and the sum; at most 257 pixels.
+    `place` and `k` are registers, give 0."""
+    found[0] = 0
+    found[1] = 255
+    found[2] = 0
+    found[3] = 0
+    while k < count:
+        grey = int(frame[place])
+        if grey != int(kept[k]):
+            found[0] = int(found[0]) + 1
+            kept[k] = grey
+        if grey < int(found[1]):
+            found[1] = grey
+        if grey > int(found[2]):
+            found[2] = grey
+        found[3] = int(found[3]) + grey
+        place += step
+        k += 1
