@@ -4,7 +4,9 @@ A driver has
     width, height   size of what `frame` holds, known after start()
     frame           8-bit pixels, row-major, width * height; valid until the next grab()
     frame_number    counts every frame the camera has made, also those nobody fetched
-    capture_us      time.ticks_us() in the middle of the exposure of `frame`
+    capture_us      time.ticks_us() in the middle of the exposure of `frame`, or earlier: where nothing tells
+                    when a frame was complete, it is the time at which the driver was last asked and had none,
+                    so that the age is never told too small
     skipped         frames the camera made and nobody fetched
     ended           True when no further frame can come (recordings only)
     adjustable      False when exposure and gain change nothing, nor does another start (recordings only; may

@@ -59,11 +59,13 @@ class EspCamera:
             self._camera.set_gain_ctrl(False)
             self.gain(self._gain_cdb)
             self.exposure(self._exposure_us)
+            self._asked_us = self._clock.ticks_us()
         except (OSError, ValueError, AttributeError, TypeError) as error:
             raise CameraError("camera: %s" % error)
 
     def grab(self):
         camera = self._camera
+        asked_us, self._asked_us = self._asked_us, self._clock.ticks_us()
         try:
             if hasattr(camera, "frame_available") and not camera.frame_available():
                 return False
@@ -75,9 +77,8 @@ class EspCamera:
         if len(view) != self.width * self.height:
             raise CameraError("camera: a frame of %d bytes" % len(view))
         self.frame_number += 1
-        self.capture_us = self._clock.ticks_add(
-            self._clock.ticks_us(), -self._readout_us - (self._exposure_us >> 1)
-        )
+        # nothing tells when the frame was complete: after it was asked for in vain, or the one before came
+        self.capture_us = self._clock.ticks_add(asked_us, -self._readout_us - (self._exposure_us >> 1))
         address = uctypes.addressof(view)
         if self.frame is None or address != self._address:
             self._address = address

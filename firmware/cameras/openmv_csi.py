@@ -48,6 +48,7 @@ class CsiCamera:
             self._exposure_us = self._csi.exposure_us()
         except (RuntimeError, ValueError, AttributeError) as error:
             raise CameraError("csi: %s" % error)
+        self._asked_us = self._clock.ticks_us()
         self._completed = 0
         self._counted = hasattr(self._csi, "frame_callback")
         if self._counted:
@@ -74,16 +75,19 @@ class CsiCamera:
         self._completed = (self._completed + 1) & 0x3FFFFFFF
 
     def grab(self):
+        asked_us, self._asked_us = self._asked_us, self._clock.ticks_us()
+        number, complete_us = self._completed - 1, self._completed_us
         try:
             image = self._csi.snapshot(blocking=False)
         except RuntimeError as error:
             raise CameraError("csi: %s" % error)
         if image is None:
             return False
-        if self._counted and self._completed:
+        if not (self._counted and self._completed):
+            # nothing tells when it was complete: after it was asked for in vain, or the one before came
+            number, complete_us = self.frame_number + 1, asked_us
+        elif number <= self.frame_number:  # it came just now
             number, complete_us = self._completed - 1, self._completed_us
-        else:  # no interrupt tells when the frame was complete: it is taken as just now
-            number, complete_us = self.frame_number + 1, self._clock.ticks_us()
         if number > self.frame_number + 1:
             self.skipped += number - self.frame_number - 1
         self.frame_number = max(number, self.frame_number + 1)

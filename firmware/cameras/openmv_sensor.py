@@ -39,6 +39,7 @@ class SensorCamera:
             self._exposure_us = sensor.get_exposure_us()
         except (RuntimeError, ValueError, AttributeError) as error:
             raise CameraError("sensor: %s" % error)
+        self._asked_us = self._clock.ticks_us()
 
     def _smallest_size(self):
         for entry in ((sensor.QVGA, 320, 240), (sensor.VGA, 640, 480), (sensor.HD, 1280, 720)):
@@ -57,6 +58,7 @@ class SensorCamera:
 
     def grab(self):
         now_ms = self._clock.ticks_ms()
+        asked_us, self._asked_us = self._asked_us, self._clock.ticks_us()
         if not sensor.get_frame_available():
             if self._clock.ticks_diff(now_ms, self._last_ms) < _STALLED_MS:
                 return False
@@ -66,9 +68,8 @@ class SensorCamera:
         except RuntimeError as error:
             raise CameraError("sensor: %s" % error)
         self.frame_number += 1
-        self.capture_us = self._clock.ticks_add(
-            self._clock.ticks_us(), -self._readout_us - (self._exposure_us >> 1)
-        )
+        # nothing tells when the frame was complete: after it was asked for in vain, or the one before came
+        self.capture_us = self._clock.ticks_add(asked_us, -self._readout_us - (self._exposure_us >> 1))
         self._image = image  # keeps the pixels alive
         self.frame = image.bytearray()
         if len(self.frame) != self.width * self.height:

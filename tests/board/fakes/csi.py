@@ -26,6 +26,7 @@ class World:
         self.fails = None  # text of the RuntimeError of snapshot
         self.calls = []
         self.callback = None
+        self.while_fetching = None  # called during a snapshot: an interrupt
         self.image_value = 0
         self.opened = 0
         self.cut_px = None  # (width, height) that windows are cut to
@@ -126,6 +127,8 @@ class CSI:
                 return None
             raise RuntimeError(TIMEOUT)
         world.pending = 0
+        if world.while_fetching:
+            world.while_fetching()
         w, h = self._window[2:]
         if self._memory is None:
             self._memory = bytearray(w * h)
