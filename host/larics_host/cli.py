@@ -15,13 +15,14 @@ alone. `larics --help` imports them all: keep slow imports inside `run`.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import os
 import sys
 from collections.abc import Sequence
 
 from larics import __version__
-from larics_host.errors import UserError, begin_run, report
+from larics_host.errors import EXIT_INTERRUPTED, UserError, begin_run, report
 
 COMMANDS = (
     "marker",
@@ -39,7 +40,6 @@ COMMANDS = (
 )
 
 EXIT_BAD_INPUT = 2
-EXIT_INTERRUPTED = 130
 EXIT_BROKEN_PIPE = 141
 
 
@@ -48,6 +48,10 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message):
         raise UserError("%s (see %s --help)" % (message, self.prog))
+
+    def _print_message(self, message, file=None):
+        if message:  # argparse would not notice that nobody reads it
+            (file or sys.stderr).write(message)
 
 
 def _missing_package(error, who):
@@ -98,37 +102,69 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     return parser
 
 
+def _have_streams():
+    """Closed standard output fails as one whose reader has gone, with exit code 141."""
+    if sys.stdout is None:
+        reader, writer = os.pipe()
+        if writer != 1:
+            os.dup2(writer, 1)  # or a file that is opened later gets what other programs print
+            os.close(writer)
+        if reader != 1:
+            os.close(reader)
+        sys.stdout = open(1, "w", errors="backslashreplace", closefd=False)  # noqa: SIM115 (to the end)
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115 (to the end)
+
+
 def _print_anything():
     # a file name that the terminal's encoding cannot show must not end the program
     if getattr(sys.stdout, "errors", None) == "strict":
         sys.stdout.reconfigure(errors="backslashreplace")
 
 
-def _leave_broken_pipe():
-    # whoever read our output is gone; the interpreter must not complain when it flushes at exit
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _leave_output():
+    # nobody takes our output any more; the interpreter must not complain when it flushes at exit
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            with contextlib.suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command line; returns the exit code (2 for bad input, 130 when interrupted)."""
+    """Runs one command line; returns the exit code (2 for bad input, 130 when interrupted, 141 when nobody
+    takes its output)."""
     argv = sys.argv[1:] if argv is None else list(argv)
+    _have_streams()
     _print_anything()
     begin_run()
     try:
-        args = build_parser(argv[0] if argv and argv[0] in COMMANDS else None).parse_args(argv)
-        code = args.run(args) or 0
-        sys.stdout.flush()
+        try:
+            code = _run(argv)
+        finally:
+            sys.stdout.flush()  # after --help, too
         return code
     except BrokenPipeError:
-        _leave_broken_pipe()
         return EXIT_BROKEN_PIPE
+    except OSError as error:
+        # a full disk behind standard output, or what no command foresaw
+        with contextlib.suppress(OSError):
+            where = error.filename or "cannot write to standard output"
+            report("%s: %s" % (where, error.strerror) if error.strerror else error)
+        return EXIT_BAD_INPUT
+    finally:
+        _leave_output()
+
+
+def _run(argv):
+    try:
+        args = build_parser(argv[0] if argv and argv[0] in COMMANDS else None).parse_args(argv)
+        return args.run(args) or 0
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
     except UserError as error:
         report(error)
     except ModuleNotFoundError as error:
         report(_missing_package(error, "this"))
-    except OSError as error:
-        # what no command foresaw: a full disk, a folder that vanished
-        report("%s: %s" % (error.filename, error.strerror) if error.filename else error)
     return EXIT_BAD_INPUT

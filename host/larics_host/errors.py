@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 
+EXIT_INTERRUPTED = 130
+
 
 class UserError(Exception):
     """Bad input: its text is one line that says what is wrong and what to do."""

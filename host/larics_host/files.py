@@ -7,9 +7,13 @@ order mark, UTF-16, UTF-32, and Windows' old Western code page. This program its
 from __future__ import annotations
 
 import codecs
+import contextlib
+import errno
 import io
 import json
+import os
 import re
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -128,13 +132,94 @@ def read_json(path: StrPath) -> Any:
         raise UserError("%s is no JSON file: %s" % (path, error)) from None
 
 
+class CannotWrite(UserError):
+    """A file cannot be written, or no further: no room, no permission. The text names it."""
+
+
+def _why(path, error):
+    return "cannot write %s: %s" % (path, error.strerror or error)
+
+
 def write_file(path: StrPath, content: bytes | str) -> None:
-    """Writes bytes, or text as UTF-8, names of files that are none escaped. UserError when that fails."""
+    """Writes bytes, or text as UTF-8, names of files that are none escaped: the whole file, or CannotWrite.
+
+    What was there before is only replaced by what is complete."""
     data = content.encode(errors="backslashreplace") if isinstance(content, str) else content
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():  # a device or a pipe
+        try:
+            target.write_bytes(data)
+        except OSError as error:
+            raise CannotWrite(_why(path, error)) from error
+        return
+    beside = target.with_name(".%s.%d.part" % (target.name[:200], os.getpid()))
+    before = "; the one before is kept" if target.exists() else ""
     try:
-        Path(path).write_bytes(data)
+        if before and not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        beside.write_bytes(data)
+        if before:
+            beside.chmod(stat.S_IMODE(target.stat().st_mode))
+        beside.replace(target)
     except OSError as error:
-        raise UserError("cannot write %s: %s" % (path, error.strerror)) from error
+        with contextlib.suppress(OSError):
+            beside.unlink()
+        raise CannotWrite(_why(path, error) + before) from error
+
+
+class GrowingFile:
+    """A new file that grows by whole pieces, each out of the program at once; one for which there is no room
+    is taken back, so that what stays is complete. CannotWrite when it cannot be made or written."""
+
+    def __init__(self, path: StrPath) -> None:
+        self.path = path
+        self.size = 0  # bytes written
+        self._pending = b""
+        try:
+            self._file = open(path, "wb", buffering=0)  # noqa: SIM115 (closed in close())
+        except OSError as error:
+            raise CannotWrite(_why(path, error)) from error
+
+    @property
+    def closed(self) -> bool:
+        return self._file.closed
+
+    def append(self, data: bytes) -> None:
+        """Adds a piece."""
+        left = memoryview(data)
+        try:
+            while left:
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            with contextlib.suppress(OSError):  # of a device
+                self._file.truncate(self.size)
+                self._file.seek(self.size)
+            raise CannotWrite(_why(self.path, error)) from error
+        self.size += len(data)
+
+    def write(self, data: bytes) -> int:
+        """Collects for `flush`, for whoever writes a piece in several steps."""
+        self._pending += data
+        return len(data)
+
+    def flush(self) -> None:
+        """Adds what was collected as one piece."""
+        data, self._pending = self._pending, b""
+        self.append(data)
+
+    def tell(self) -> int:
+        """Where the next byte goes."""
+        return self.size + len(self._pending)
+
+    def close(self) -> None:
+        self._file.close()
+
+    def discard(self) -> None:
+        """Closes and removes it."""
+        self.close()
+        with contextlib.suppress(OSError):
+            if os.path.isfile(self.path):
+                os.unlink(self.path)
 
 
 def refuse_existing(path: StrPath, force: bool) -> None:

@@ -21,8 +21,9 @@ def watched(
     if not sys.stderr.isatty() or (sys.stdout.isatty() and not quiet_stdout):
         yield from items
         return
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from larics_host.consoles import Console
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
@@ -35,8 +36,9 @@ def watched(
 @contextlib.contextmanager
 def measured(total: int, label: str = "frames") -> Iterator[Callable[[float], object]]:
     """A function to call with how much is done, parts of an item too, shown as a bar on a terminal."""
-    from rich.console import Console
     from rich.progress import Progress
+
+    from larics_host.consoles import Console
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+from larics_host.files import GrowingFile
 from larics_host.tables import read_rows
 
 if TYPE_CHECKING:
@@ -69,21 +71,25 @@ class TruthWriter:
     """Writes records to a CSV as they come, so that an interrupted run keeps what it has."""
 
     def __init__(self, path: StrPath) -> None:
-        try:
-            self._file = open(path, "w", newline="", encoding="utf-8")  # noqa: SIM115 (closed in close())
-        except OSError as error:
-            raise UserError("cannot write %s: %s" % (path, error.strerror)) from None
-        self._writer = csv.writer(self._file, lineterminator="\n")
-        self._writer.writerow(COLUMNS)
+        self._file = GrowingFile(path)
+        self._add([COLUMNS])
+
+    def _add(self, rows):
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows(rows)
+        self._file.append(text.getvalue().encode())
 
     def write(self, truths: Iterable[Truth]) -> None:
-        """Append the records of one frame."""
-        for truth in truths:
-            self._writer.writerow([_text(name, getattr(truth, name)) for name in COLUMNS])
+        """Append the records of one frame, all or none of them. CannotWrite when there is no room."""
+        self._add([[_text(name, getattr(truth, name)) for name in COLUMNS] for truth in truths])
 
     def close(self) -> None:
         """End the file."""
         self._file.close()
+
+    def discard(self) -> None:
+        """Remove the file."""
+        self._file.discard()
 
     def __enter__(self):
         return self

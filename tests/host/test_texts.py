@@ -5,6 +5,7 @@ import random
 
 import pytest
 
+from larics.wire import messages as m
 from larics_host import cli, files
 from larics_host.errors import UserError
 from larics_host.logs.log_reader import read_pieces, read_rows
@@ -160,7 +161,7 @@ def test_an_empty_cell_is_unknown(log):
     cells = dict(zip(header.split(","), row.split(","), strict=True))
     path.write_text(header + "\n" + ",".join((cells | {"id": ""}).values()) + "\n")
     (piece,) = read_pieces(path)
-    path.write_text(header + "\n" + ",".join((cells | {"id": "255"}).values()) + "\n")
+    path.write_text(header + "\n" + ",".join((cells | {"id": str(m.ID_NONE)}).values()) + "\n")
     assert list(read_pieces(path)) == [piece]
 
 

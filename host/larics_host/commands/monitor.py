@@ -94,9 +94,9 @@ def _show(args, session, stopped):
                 return
             time.sleep(_REFRESH_S)
         return
-    from rich.console import Console
     from rich.live import Live
 
+    from larics_host.consoles import Console
     from larics_host.monitor.terminal import render
 
     with Live(console=Console(), auto_refresh=False) as live:
@@ -112,8 +112,7 @@ def _show(args, session, stopped):
 def _conclude(session):
     """Without a terminal the last view is all there is."""
     if not sys.stdout.isatty():
-        from rich.console import Console
-
+        from larics_host.consoles import Console
         from larics_host.monitor.terminal import render
 
         Console(width=110).print(render(session.state, session.ended))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import time
+from typing import Any
 
 from larics_host.errors import UserError
 from larics_host.wording import counted
@@ -44,7 +44,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _from_stream(args):
-    from larics_host.images.frame_folder import frame_name, make_folder, write_frame
+    from larics_host.files import read_bytes, write_file
+    from larics_host.images.frame_folder import frame_name, keeping, make_folder, write_frame
     from larics_host.images.frame_sources import open_frames
     from larics_host.logs.log_reader import read_rows
     from larics_host.progress import watched
@@ -54,16 +55,17 @@ def _from_stream(args):
     if args.log:
         next(read_rows(args.log), None)
     folder = make_folder(args.output, args.overwrite)
-    if args.log:
-        shutil.copyfile(args.log, folder / (MESSAGES + ".jsonl"))
-    write_frame(folder / frame_name(0), first[1])
-    count = 1
-    for _, frame in watched(frames, args.frames, quiet_stdout=True):
-        if args.frames and count >= args.frames:
-            break
-        write_frame(folder / frame_name(count), frame)
-        count += 1
-    print("%s in %s" % (counted(count, "frame"), folder))
+    with keeping(folder, [MESSAGES + ".jsonl"] if args.log else []) as kept:
+        if args.log:
+            write_file(folder / (MESSAGES + ".jsonl"), read_bytes(args.log))
+        write_frame(folder / frame_name(0), first[1])
+        kept.frames = 1
+        for _, frame in watched(frames, args.frames, quiet_stdout=True):
+            if args.frames and kept.frames >= args.frames:
+                break
+            write_frame(folder / frame_name(kept.frames), frame)
+            kept.frames += 1
+    print("%s in %s" % (counted(kept.frames, "frame"), folder))
     return 0
 
 
@@ -71,14 +73,15 @@ def _from_camera(args):
     import numpy as np
 
     from larics.wire.messages import MARKER
-    from larics_host.connection.byte_sources import stop_on_signals
-    from larics_host.connection.camera_settings import connected, read_all, write_file
+    from larics_host.connection.byte_sources import ConnectionLost, stop_on_signals
+    from larics_host.connection.camera_settings import connected, read_all
+    from larics_host.connection.camera_settings import write_file as write_settings
     from larics_host.connection.receiver import message_of
-    from larics_host.images.frame_folder import frame_name, make_folder, write_frame
+    from larics_host.images.frame_folder import frame_name, keeping, make_folder, write_frame
     from larics_host.logs.log_writer import LogWriter
     from larics_host.progress import measured
 
-    start_s = time.monotonic()
+    start_s, start_ns = time.monotonic(), time.time_ns()
     recorder = None
     before, reported = [], []  # messages until there is a folder; the first frame that a message is about
 
@@ -91,26 +94,33 @@ def _from_camera(args):
         else:
             before.append(message)
 
-    count, wanted = 0, args.frames or 10
+    wanted = args.frames or 10
+    beside = SETTINGS, MESSAGES + ".csv", MESSAGES + ".jsonl"
     with connected(args.port, args.baud, on_message) as client:
         settings = read_all(client)
         folder = make_folder(args.output, args.overwrite)
-        write_file(folder / SETTINGS, settings)
-        recorder = LogWriter(str(folder / MESSAGES), force=True)
-        for message in before:
-            recorder.write(message)
-        try:
-            with measured(wanted) as progress, stop_on_signals(live=False):
-                while count < wanted and (args.seconds is None or time.monotonic() - start_s < args.seconds):
-                    raw = client.raw_frame(lambda got, total, done=count: progress(done + got / total))
-                    if reported and raw.frame < reported[0]:
-                        continue  # its message was sent before anyone listened
-                    frame = np.frombuffer(raw.pixels, np.uint8).reshape(raw.height, raw.width)
-                    write_frame(folder / frame_name(raw.frame), frame)
-                    count += 1
-        except KeyboardInterrupt:
-            pass  # what was fetched so far is complete
-        finally:
-            recorder.close()
-    print("%s, %s and %s.jsonl in %s" % (counted(count, "frame"), SETTINGS, MESSAGES, folder))
+        with keeping(folder, beside) as kept:
+            write_settings(folder / SETTINGS, settings)
+            recorder = LogWriter(str(folder / MESSAGES), force=True, start_ns=start_ns)
+            try:
+                for message in before:
+                    recorder.write(message)
+                with measured(wanted) as progress, stop_on_signals(live=False):
+                    while kept.frames < wanted:
+                        if args.seconds is not None and time.monotonic() - start_s >= args.seconds:
+                            break
+                        done = kept.frames
+                        raw = client.raw_frame(lambda got, total, done=done: progress(done + got / total))
+                        if reported and raw.frame < reported[0]:
+                            continue  # its message was sent before anyone listened
+                        frame = np.frombuffer(raw.pixels, np.uint8).reshape(raw.height, raw.width)
+                        write_frame(folder / frame_name(raw.frame), frame)
+                        kept.frames += 1
+            except KeyboardInterrupt:
+                pass  # what was fetched so far is complete
+            except ConnectionLost as error:
+                raise UserError(str(error)) from None
+            finally:
+                recorder.close()
+    print("%s, %s and %s.jsonl in %s" % (counted(kept.frames, "frame"), SETTINGS, MESSAGES, folder))
     return 0

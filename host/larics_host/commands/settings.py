@@ -100,8 +100,9 @@ def _show(args, client, _):
     if args.json:
         print(json.dumps(values, indent=1))
         return 0
-    from rich.console import Console
     from rich.table import Table
+
+    from larics_host.consoles import Console
 
     table = Table(box=None, pad_edge=False)
     for heading in ("setting", "value", "unit", "allowed", "meaning"):

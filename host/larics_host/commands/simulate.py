@@ -8,8 +8,9 @@ from pathlib import Path
 
 from larics_host.drive.command import add_loop_arguments, run_loop
 from larics_host.drive.desk_options import add_desk_arguments
-from larics_host.errors import UserError
-from larics_host.images.frame_folder import make_folder, write_frame
+from larics_host.errors import EXIT_INTERRUPTED, UserError
+from larics_host.files import write_file
+from larics_host.images.frame_folder import keeping, make_folder, write_frame
 from larics_host.marker_ids import is_coded, parse_ids
 from larics_host.progress import watched
 from larics_host.truth import TruthWriter
@@ -225,13 +226,28 @@ def run(args: argparse.Namespace) -> int:
     facts["frames"] = count
     folder = make_folder(args.output, args.overwrite)
     seen = 0
-    with TruthWriter(folder / "truth.csv") as truth_file:
-        (folder / "scene.json").write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
-        for index in watched(range(count), count, quiet_stdout=True):
-            frame, truths = render(index)
-            write_frame(folder / truths[0].frame, frame)
-            truth_file.write(truths)
-            seen += sum(truth.id is not None for truth in truths)
-    counts = counted(count, "frame"), counted(seen, "marker")
-    print("%s with %s, truth.csv and scene.json in %s" % (*counts, folder))
-    return 0
+    interrupted = ""
+    try:
+        with (
+            keeping(folder, ("truth.csv", "scene.json")) as kept,
+            TruthWriter(folder / "truth.csv") as truth_file,
+        ):
+            write_file(folder / "scene.json", json.dumps(facts, indent=2) + "\n")
+            for index in watched(range(count), count, quiet_stdout=True):
+                frame, truths = render(index)
+                path = folder / truths[0].frame
+                write_frame(path, frame)
+                try:
+                    truth_file.write(truths)
+                except UserError:
+                    path.unlink()  # a frame without its truth is none
+                    raise
+                kept.frames += 1
+                seen += sum(truth.id is not None for truth in truths)
+    except KeyboardInterrupt:
+        if not kept.frames:
+            raise
+        interrupted = "interrupted: "
+    counts = counted(kept.frames, "frame"), counted(seen, "marker")
+    print("%s%s with %s, truth.csv and scene.json in %s" % (interrupted, *counts, folder))
+    return EXIT_INTERRUPTED if interrupted else 0

@@ -34,6 +34,7 @@ class SerialSource:
 
     def __init__(self, port: str, baud: int = 115200, timeout_s: float = 0.1) -> None:
         self.name = port
+        self.baud = baud
         self.settings = (port, baud, timeout_s)
         self.identity = identity_of(port)
         self._port = open_port(port, baud, timeout_s, write_timeout_s=1)

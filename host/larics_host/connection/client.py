@@ -21,6 +21,7 @@ from larics import settings as setting_rules
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import wire_names as codes
+from larics_host.connection.line_watch import LineWatch
 from larics_host.connection.records import Ack, Info, Setting, record_of
 from larics_host.errors import UserError
 
@@ -72,6 +73,7 @@ class Client:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.decoder = protocol.Decoder(self._arrived)
+        self.watch = LineWatch()
         self._stream = stream
         self._on_message = on_message
         self._timeout_s = timeout_s
@@ -216,7 +218,14 @@ class Client:
                         return self._result(command)
         finally:
             self._waiting_for = None
-        raise NoAnswer("no answer to %s after %d tries" % (protocol.name(command), self._retries))
+        asked = "no answer to %s after %d tries" % (protocol.name(command), self._retries)
+        raise NoAnswer("%s; %s" % (asked, self.why_silent()))
+
+    def why_silent(self) -> str:
+        """The likely cause when a camera does not answer, by what came meanwhile."""
+        if self.decoder.counters.messages:
+            return "its messages come, so this TX does not reach its RX, or it is busy"
+        return "what came is " + self.watch.explain(self.decoder.counters, getattr(self._stream, "baud", 0))
 
     def _result(self, command):
         answer = self._answer
@@ -232,6 +241,7 @@ class Client:
         data = self._stream.read()
         if data is None:
             raise NoAnswer("the line ended")
+        self.watch.feed(data)
         self.decoder.feed(data, len(data))
 
     def _check_boot(self, boot):

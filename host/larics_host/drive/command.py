@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import csv
+import io
 import json
 import math
 from dataclasses import replace
 from pathlib import Path
 
-from larics_host.errors import UserError
+from larics_host import files
+from larics_host.errors import EXIT_INTERRUPTED, UserError
 from larics_host.wording import counted
 
 METHODS = ("larics", "paper")
@@ -58,6 +61,7 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
     # imported here: they compile the renderer and load the plots
     import cv2
 
+    from larics_host.connection.byte_sources import stop_on_signals
     from larics_host.drive import figures
     from larics_host.drive.field import draw_field
     from larics_host.drive.score import score
@@ -72,33 +76,45 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
     expected = math.ceil(field.condition.seconds * field.condition.rate_hz)
     keep = figures.keep_changes()
     simulation = Simulation(field, args.seed, args.on, args.method, keep=keep, controller=args.controller)
-    for _ in watched(simulation.frames(), expected, quiet_stdout=True):
-        pass
+    interrupted = False
+    try:
+        with stop_on_signals(live=False), contextlib.closing(simulation.frames()) as frames:
+            for _ in watched(frames, expected, quiet_stdout=True):
+                pass
+    except KeyboardInterrupt:
+        interrupted = True
     trace = simulation.trace
+    if not trace.frames:
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+        raise KeyboardInterrupt
     result = score(trace)
     _write_frames(folder / "frames.csv", trace)
     text = json.dumps(_without_nan(result.as_dict()), indent=1, allow_nan=False) + "\n"
-    (folder / "score.json").write_text(text, encoding="utf-8")
-    (folder / "path.png").write_bytes(png(figures.path_figure(trace, field.condition.summary)))
-    cv2.imwrite(str(folder / "strip.png"), figures.strip(trace))
+    files.write_file(folder / "score.json", text)
+    files.write_file(folder / "path.png", png(figures.path_figure(trace, field.condition.summary)))
+    files.write_file(folder / "strip.png", cv2.imencode(".png", figures.strip(trace))[1].tobytes())
+    if interrupted:
+        print("interrupted after %.1f s of the drive" % trace.frames[-1].time_s)
     _tell(result, folder)
-    return 0
+    return EXIT_INTERRUPTED if interrupted else 0
 
 
 def _write_frames(path, trace):
     columns = ("time_s", "true_x_mm", "true_y_mm", "true_heading_deg", "state", "x_mm", "y_mm", "heading_deg")
     columns += ("error_mm", "error_deg", "sigma_mm", "id", "route_position", "behaviour")
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        for frame in trace.frames:
-            truth = [round(value, 3) for value in (frame.x_mm, frame.y_mm, frame.heading_deg % 360)]
-            error = [round(value, 4) for value in frame.error]
-            row = [
-                *(round(frame.time_s, 3), *truth, frame.state, *frame.pose, *error, frame.sigma_mm),
-                *(frame.marker_id, frame.route_position, frame.behaviour),
-            ]
-            writer.writerow(["" if value != value else value for value in row])  # nan: not known
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    for frame in trace.frames:
+        truth = [round(value, 3) for value in (frame.x_mm, frame.y_mm, frame.heading_deg % 360)]
+        error = [round(value, 4) for value in frame.error]
+        row = [
+            *(round(frame.time_s, 3), *truth, frame.state, *frame.pose, *error, frame.sigma_mm),
+            *(frame.marker_id, frame.route_position, frame.behaviour),
+        ]
+        writer.writerow(["" if value != value else value for value in row])  # nan: not known
+    files.write_file(path, text.getvalue())
 
 
 def _without_nan(value):

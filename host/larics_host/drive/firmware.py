@@ -77,8 +77,15 @@ class Firmware:
             env=environment,
             stdin=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
+            start_new_session=True,  # Ctrl-C is for this program, which then ends it
         )
-        self._pipe = self._open_pipe(pipe)
+        try:
+            self._pipe = self._open_pipe(pipe)
+        except BaseException:
+            self._process.kill()
+            self._process.wait()
+            self._folder.cleanup()
+            raise
         self._decoder = Decoder(self._take)
         self._messages: list[tuple[int, int, Sequence[Any]]] = []
         self._frame_reported = -1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from dataclasses import dataclass
 from dataclasses import field as of
 from typing import TYPE_CHECKING, Any
@@ -151,7 +151,7 @@ class Simulation:
                 on_frame(self.trace)
         return self.trace
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Generator[Frame]:
         """The drive, frame by frame; each item is the newest Frame."""
         condition = self.field.condition
         settings, interpreter = self._firmware
@@ -173,8 +173,9 @@ class Simulation:
                     self._control(now_s)
                 self.vehicle.step(self.controller.speed_mm_s, self.controller.turn_cdeg_s / 100)
                 steps += 1
-            self.trace.line_errors, self.trace.line_bytes = firmware.line_errors, firmware.received_bytes
-        self.trace.way_mm = self.vehicle.way_mm
+                self.trace.line_errors = firmware.line_errors
+                self.trace.line_bytes = firmware.received_bytes
+                self.trace.way_mm = self.vehicle.way_mm
 
     def _control(self, now_s):
         before, elapsed_ms = self.controller.state, int(1000 * STEP_S * _CONTROL_STEPS)

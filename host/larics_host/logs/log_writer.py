@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import os
+import sys
 import time
+from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
 from larics_host.connection.records import Marker, as_json
 from larics_host.errors import UserError
+from larics_host.files import CannotWrite, GrowingFile
 from larics_host.logs.mcap_log import McapLog, writer_class
 
 if TYPE_CHECKING:
@@ -22,12 +26,23 @@ MARKER_COLUMNS = Marker._fields
 class LogWriter:
     """PREFIX.csv: one row for each MARKER message; PREFIX.jsonl: one object for each message of any type;
     with raw=True PREFIX.bin: every byte as it came; with mcap=True PREFIX.mcap, see mcap_log. `time_s` counts
-    from the start of the log. What is not known, an uncertain ID for one, is null, in the CSV nothing.
+    from the start of the log; in the JSON lines `time` is the same as date and time of day (UTC, ISO 8601).
+    What is not known, an uncertain ID for one, is null, in the CSV nothing.
 
-    Line-buffered: ending the program by force loses nothing that was received before.
+    start_ns: wall clock at time_s 0, None when that is not known, as of bytes recorded earlier.
+
+    Each message is out of the program at once: ending it by force loses nothing that was received before.
+    What holds nothing in the end is removed; `files` are those that stay.
     """
 
-    def __init__(self, prefix: str, raw: bool = False, force: bool = False, mcap: bool = False) -> None:
+    def __init__(
+        self,
+        prefix: str,
+        raw: bool = False,
+        force: bool = False,
+        mcap: bool = False,
+        start_ns: int | None = None,
+    ) -> None:
         names = [prefix + ".csv", prefix + ".jsonl"] + ([prefix + ".bin"] if raw else [])
         names += [prefix + ".mcap"] if mcap else []
         for name in names:
@@ -36,41 +51,95 @@ class LogWriter:
         if mcap:
             writer_class()  # before there are files
         self.files = names
+        self.messages = 0
+        self._start_ns = start_ns
+        self._raw: GrowingFile | None = None
+        self._mcap: McapLog | None = None
         self._open: list[Any] = []
         try:
-            for name in names[:2]:
-                self._open.append(open(name, "w", buffering=1, newline="", encoding="utf-8"))  # noqa: SIM115
-            self._raw = None
+            self._csv = self._opened(GrowingFile(names[0]))
+            self._jsonl = self._opened(GrowingFile(names[1]))
             if raw:
-                self._raw = open(names[2], "wb", buffering=0)  # noqa: SIM115
-                self._open.append(self._raw)
-            self._mcap = None
+                self._raw = self._opened(GrowingFile(names[2]))
             if mcap:
-                self._mcap = McapLog(names[-1], time.time_ns())
-                self._open.append(self._mcap)
-        except OSError as error:
-            self.close()
-            raise UserError("cannot write %s: %s" % (error.filename, error.strerror)) from error
-        self._csv = csv.writer(self._open[0], lineterminator="\n")
-        self._csv.writerow(["time_s", "sequence", *MARKER_COLUMNS])
+                self._mcap = self._opened(
+                    McapLog(names[-1], time.time_ns() if start_ns is None else start_ns)
+                )
+            self._csv.append(_csv_line(["time_s", "sequence", *MARKER_COLUMNS]))
+        except CannotWrite:
+            for file in self._open:
+                file.discard()
+            raise
+
+    def _opened(self, file):
+        self._open.append(file)
+        return file
 
     def write_bytes(self, data: bytes) -> None:
+        """Keeps bytes as they came, with raw=True. CannotWrite when there is no room."""
         if self._raw is not None:
-            self._raw.write(data)
+            self._raw.append(data)
 
     def write(self, message: Message) -> None:
-        """Writes one Message. OSError when the disk is full."""
-        record = {"time_s": round(message.time_s, 6), "message": message.name, "sequence": message.sequence}
-        fields = as_json(message.fields)
-        record.update(fields)
-        self._open[1].write(json.dumps(record) + "\n")
+        """Writes one Message. CannotWrite when there is no room; what was written before stays whole."""
+        self._jsonl.append(json_line(message, self._start_ns))
         if message.name == "MARKER":
+            fields = as_json(message.fields)
             values = [fields[column] for column in MARKER_COLUMNS]
-            self._csv.writerow(["%.6f" % message.time_s, message.sequence, *values])
+            self._csv.append(_csv_line(["%.6f" % message.time_s, message.sequence, *values]))
         if self._mcap is not None:
             self._mcap.write(message)
+        self.messages += 1
 
     def close(self) -> None:
-        for file in self._open:
+        """Ends the files. CannotWrite when an .mcap has no room for its end; what is in it can be read."""
+        files, self._open = self._open, []
+        if not files:
+            return
+        empty = [file for file in files if not self.messages and file is not self._raw]
+        if self._raw is not None and not self._raw.size:
+            empty.append(self._raw)
+        gone = [name for name, file in zip(self.files, files, strict=True) if file in empty]
+        self.files = [name for name in self.files if name not in gone]
+        for file in empty:
+            file.discard()
+        for file in files:
             file.close()
-        self._open = []
+
+
+def json_line(message: Message, start_ns: int | None) -> bytes:
+    """A Message as a JSON line; start_ns as of LogWriter."""
+    record: dict[str, Any] = {"time_s": round(message.time_s, 6), "time": None}
+    if start_ns is not None:
+        moment = datetime.fromtimestamp(0, UTC) + timedelta(
+            microseconds=start_ns // 1000 + round(message.time_s * 1e6)
+        )
+        record["time"] = moment.isoformat(timespec="microseconds").replace("+00:00", "Z")
+    record.update(message=message.name, sequence=message.sequence)
+    record.update(as_json(message.fields))
+    return json.dumps(record).encode() + b"\n"
+
+
+class StdoutLog:
+    """Like a LogWriter: JSON lines on standard output, each as soon as it is complete."""
+
+    def __init__(self, start_ns: int | None = None) -> None:
+        self._start_ns = start_ns
+        self.files = ["standard output"]
+
+    def write_bytes(self, data: bytes) -> None:
+        """Raw bytes are not kept."""
+
+    def write(self, message: Message) -> None:
+        """Writes one Message. BrokenPipeError when nobody reads any more."""
+        sys.stdout.write(json_line(message, self._start_ns).decode())
+        sys.stdout.flush()
+
+    def close(self) -> None:
+        """Nothing to end."""
+
+
+def _csv_line(cells):
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue().encode()

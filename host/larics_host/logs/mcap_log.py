@@ -10,6 +10,7 @@ from larics.wire import messages
 from larics_host import wire_names as codes
 from larics_host.connection.records import as_json
 from larics_host.errors import UserError
+from larics_host.files import CannotWrite, GrowingFile
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -55,13 +56,17 @@ class McapLog:
         from larics import __version__
 
         writer = writer_class()
-        self._file = open(path, "wb")  # noqa: SIM115 (closed in close())
+        self._file = GrowingFile(path)
         self._start_ns = start_ns
         self._channels: dict[str, int] = {}
         self._numbers = {name: number for name, number, _, _ in protocol.MESSAGES}
         self._writer = writer(self._file, use_chunking=False)
         self._writer.start(profile="", library="larics " + __version__)
-        self._file.flush()
+        try:
+            self._file.flush()
+        except CannotWrite:
+            self._file.discard()
+            raise
 
     def write(self, message: Message) -> None:
         """Adds a receiver.Message; its publish time is that of the frame where it has an age."""
@@ -82,5 +87,12 @@ class McapLog:
     def close(self) -> None:
         if self._file.closed:
             return
-        self._writer.finish()
-        self._file.close()
+        try:
+            self._writer.finish()
+            self._file.flush()
+        finally:
+            self._file.close()
+
+    def discard(self) -> None:
+        """Removes the file."""
+        self._file.discard()

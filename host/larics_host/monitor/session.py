@@ -102,7 +102,7 @@ class Session:
                     self.state.set_map(rows)
         except NoAnswer:
             with self.lock:
-                self.state.events.append((0.0, "the camera does not answer: is its RX connected?"))
+                self.state.events.append((0.0, "no answer: " + self._client.why_silent()))
 
     def _fetch(self):
         try:

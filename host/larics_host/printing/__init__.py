@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from larics.marker import ids_in_words
 from larics_host.errors import UserError
+from larics_host.files import write_file
 from larics_host.marker_ids import ranges_of
 from larics_host.printing import layout
 
@@ -82,9 +83,6 @@ def write_markers(
             raise UserError("unknown marker ID %d: %s" % (marker_id, words))
     written = []
     for target, data in _rendered(family, marker_ids, path, paper, dpi, sheet):
-        try:
-            target.write_bytes(data)
-        except OSError as error:
-            raise UserError("cannot write %s: %s" % (target, error.strerror)) from error
+        write_file(target, data)
         written.append(target)
     return written

@@ -1,0 +1,125 @@
+"""What came over a line on which no message could be read: nothing, noise, text, or another language.
+
+The causes differ, and so does what to do: the wrong port or no power, the wrong baud rate, the board's USB
+console in place of its UART, the setting `output`, or bytes that a console has turned into text.
+"""
+
+from __future__ import annotations
+
+import functools
+import operator
+import re
+from typing import TYPE_CHECKING
+
+from larics_host.wording import counted
+
+if TYPE_CHECKING:
+    from larics.wire.codec import Counters
+
+_SAMPLE_BYTES = 4096
+_ENOUGH = 2  # sentences or frames of another language, less is chance
+_NMEA = re.compile(rb"\$([A-Z]{2}[A-Z0-9]{1,6})((?:,[^$*\r\n]{0,80})*)\*([0-9A-Fa-f]{2})")
+_MARK = (b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf")
+_FILES = (  # how files begin that are no bytes of a line
+    (b"{", "JSON lines: larics replay and larics monitor --input take them"),
+    (b"time_s,", "a table of larics log: larics replay and larics monitor --input take it"),
+    (b"\x89MCAP", "an MCAP file: larics replay and larics monitor --input take it"),
+    (b"OMV IMG STR", "an ImageIO stream: larics record --input takes it"),
+    (b"P5", "an image: larics detect takes it"),
+    (b"\x89PNG", "an image: larics detect takes it"),
+    (b"\xff\xd8\xff", "an image: larics detect takes it"),
+    (b"\x1f\x8b", "a compressed file: unpack it first"),
+    (b"PK\x03\x04", "a compressed file: unpack it first"),
+)
+_CONSOLE = (b">>>", b"MicroPython", b"Traceback", b"OpenMV", b"larics ", b"MPY:")
+
+
+class LineWatch:
+    """Keeps what is needed to tell the kinds apart: how many bytes came, the first and the last of them."""
+
+    def __init__(self) -> None:
+        self.total = 0
+        self._first = bytearray()
+        self._last = bytearray()
+
+    def feed(self, data: bytes) -> None:
+        """Takes bytes as they come."""
+        self.total += len(data)
+        room = _SAMPLE_BYTES - len(self._first)
+        if room > 0:
+            self._first += data[:room]
+            data = data[room:]
+        if data:
+            self._last += data[-_SAMPLE_BYTES:]
+            del self._last[:-_SAMPLE_BYTES]
+
+    def explain(self, counters: Counters, baud: int | None = None) -> str:
+        """What came and what to do, for a sentence; counters of the decoder that was fed the same.
+
+        baud: speed of the port, None for bytes that come from a file."""
+        if not self.total:
+            if baud is None:
+                return "it is empty"
+            return "not a byte: check the power, the wiring (its TX to this RX) and the name of the port"
+        sample = bytes(self._first + self._last)
+        return "%s: %s" % (counted(self.total, "byte"), self._kind(sample, counters, baud))
+
+    def _kind(self, sample, counters, baud):
+        if counters.version > counters.crc:
+            return "messages of another version: both need the same larics, which larics flash brings"
+        if baud is None:
+            if sample.startswith(_MARK) or sample[1:40:2].strip(b"\0") == b"":
+                return "text in another encoding: a console changed the bytes; larics log --raw keeps them"
+            for head, text in _FILES:
+                if sample.startswith(head):
+                    return text
+        sentences = [name for name, right in _sentences(sample) if right]
+        if len(sentences) >= _ENOUGH:
+            name = sentences[0].decode()
+            if name.startswith("PLR"):
+                return "lines of text ($%s): the camera's setting output is nmea, %s" % (name, _SET_OUTPUT)
+            return "NMEA lines ($%s) of another device, such as a GPS: give the camera's port" % name
+        if _mavlink_frames(sample) >= _ENOUGH:
+            return "MAVLink: the camera's setting output is mavlink, or it is another port; %s" % _SET_OUTPUT
+        if len(set(sample)) == 1 and len(sample) > 8:
+            return "all of them 0x%02x: TX hangs loose or inverted, or the baud rate is wrong" % sample[0]
+        printable = sum(byte in b"\t\r\n" or 32 <= byte < 127 for byte in sample)
+        if printable > 0.9 * len(sample):
+            begins = re.sub(rb"[^ -~]+", b" ", sample[:60]).decode().strip()
+            if any(word in sample for word in _CONSOLE):
+                return "text of the board's console (%s): that is its USB, take the port of its UART" % begins
+            return "text (%s): another device, or another baud rate" % begins
+        ended = counters.crc + counters.cobs + counters.length + counters.over_long + counters.out_of_range
+        if counters.crc > _ENOUGH and 2 * counters.crc > ended:
+            return "frames like the camera's, but no checksum is right: check ground, cable and its length"
+        if baud is None:
+            return "noise, no message among it; it takes the bytes of larics log --raw"
+        return "noise: most likely the wrong baud rate (%d here, the camera has its setting baud)" % baud
+
+
+_SET_OUTPUT = "larics settings set output=larics --save and larics settings restart change that"
+
+
+def _sentences(sample):
+    """(name, whether its checksum is right) of each NMEA sentence."""
+    for match in _NMEA.finditer(sample):
+        body = match.group(1) + match.group(2)
+        yield match.group(1), functools.reduce(operator.xor, body, 0) == int(match.group(3), 16)
+
+
+def _mavlink_frames(sample):
+    """Frames of MAVLink 1 or 2 that are followed by another one, or by the end."""
+    count = 0
+    for magic, overhead in ((0xFD, 12), (0xFE, 8)):
+        place = sample.find(magic)
+        while 0 <= place < len(sample) - 1:
+            end = place + overhead + sample[place + 1]
+            signed = magic == 0xFD and place + 2 < len(sample) and sample[place + 2] & 1
+            end += 13 if signed else 0
+            if end == len(sample) or (end < len(sample) and sample[end] == magic):
+                count += 1
+                place = end
+            else:
+                place += 1
+            place = sample.find(magic, place)
+    return count

@@ -1,0 +1,321 @@
+"""Full disks, closed outputs and Ctrl-C: what is written is whole, what is kept is told, no traceback."""
+
+import datetime
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from larics.wire import messages as m
+from larics_host import cli, files
+from larics_host.connection.pty_pair import PtyPair
+from larics_host.drive import simulation
+from larics_host.logs.log_reader import read_pieces
+from larics_host.truth import read_truth
+from tests.host.test_dual import ROOT
+from tests.host.test_log import marker_values, rows, status_values, wait_for_lines, wire, write_all
+from tests.host.test_monitor import firmware
+
+ENVIRONMENT = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
+COMMAND = [sys.executable, "-m", "larics_host"]
+
+
+def run_with_room(size, *argv, **more):
+    """(exit code, standard error) of larics when no file can become larger than `size` bytes."""
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    result = subprocess.run(
+        [*COMMAND, *map(str, argv)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+        preexec_fn=limit,
+        timeout=120,
+        **more,
+    )
+    assert "Traceback" not in result.stderr
+    return result.returncode, result.stderr
+
+
+@pytest.fixture
+def run_bin(tmp_path):
+    values = [(m.MARKER, marker_values(k)) for k in range(200)]
+    (tmp_path / "run.bin").write_bytes(wire(*values, (m.STATUS, status_values())))
+    return tmp_path / "run.bin"
+
+
+@pytest.mark.parametrize("size", [0, 60, 5000, 20000])
+def test_a_log_without_room_keeps_whole_messages(run_bin, tmp_path, size):
+    prefix = tmp_path / "out"
+    code, err = run_with_room(size, "log", "--input", run_bin, "-o", prefix, "--mcap", "--raw")
+    assert code == 2 and err.count("\n") == 1 and "cannot write %s" % prefix in err
+    left = sorted(path.name for path in tmp_path.glob("out.*"))
+    if size < 1000:
+        assert not [name for name in left if name != "out.bin"]
+        return
+    assert "written to" in err and all(str(tmp_path / name) in err for name in left)
+    for name in ("out.csv", "out.jsonl"):
+        data = (tmp_path / name).read_bytes()
+        assert 0 < len(data) <= size and data.endswith(b"\n")
+    count = len((tmp_path / "out.jsonl").read_text().splitlines())
+    assert abs(len(rows(tmp_path / "out.csv")) - count) <= 1
+    assert [json.loads(line)["frame"] for line in (tmp_path / "out.jsonl").read_text().splitlines()] == list(
+        range(count)
+    )
+    assert abs(sum(1 for _ in read_pieces(tmp_path / "out.mcap")) - count) <= count
+
+
+def test_an_mcap_without_room_can_be_read_up_to_there(tmp_path):
+    from larics_host.connection.receiver import Receiver
+    from larics_host.logs.mcap_log import McapLog
+
+    path = tmp_path / "run.mcap"
+    log = McapLog(path, 0)
+    for message in Receiver().feed(wire(*[(m.MARKER, marker_values(k)) for k in range(5)]), 0.0):
+        log.write(message)
+    data = path.read_bytes()
+    log._file.append(b"")
+    assert len(data) == log._file.size  # all of them are out
+    log._file.close()
+    assert sum(1 for _ in read_pieces(path)) == 5
+
+
+def test_a_simulation_without_room_keeps_frames_that_have_their_truth(tmp_path):
+    size = ["--width", "64", "--height", "48", "--radius-px", "8", "--frames", "60"]
+    assert cli.main(["simulate", *size[:-1], "1", "-o", str(tmp_path / "warm")]) == 0  # compiles the loops
+    folder = tmp_path / "frames"
+    code, err = run_with_room(4000, "simulate", *size, "-o", folder)
+    assert code == 2 and err.count("\n") == 1 and "truth.csv: File too large" in err
+    names = sorted(path.name for path in folder.glob("*.pgm"))
+    assert 3 < len(names) < 60 and "%d frames kept in %s" % (len(names), folder) in err
+    assert sorted({truth.frame for truth in read_truth(folder)}) == names
+    code, err = run_with_room(1000, "simulate", *size, "-o", tmp_path / "none")
+    assert code == 2 and "frame_000000.pgm: File too large" in err and not (tmp_path / "none").exists()
+
+
+def test_a_file_is_whole_or_as_it_was_before(tmp_path):
+    target = tmp_path / "hall.json"
+    argv = ["map", "create", target, "--marker", "3,0,0,0"]
+    code, err = run_with_room(20, *argv)
+    assert code == 2 and err == "larics: cannot write %s: File too large\n" % target
+    assert list(tmp_path.iterdir()) == []
+    target.write_text("before")
+    target.chmod(0o640)
+    code, err = run_with_room(20, *argv, "--force")
+    assert code == 2 and "File too large; the one before is kept" in err
+    assert target.read_text() == "before" and list(tmp_path.iterdir()) == [target]
+    assert cli.main([*map(str, argv), "--force"]) == 0
+    assert json.loads(target.read_text())["markers"] and target.stat().st_mode & 0o777 == 0o640
+    link = tmp_path / "link.json"
+    link.symlink_to(target)
+    files.write_file(link, "through")
+    assert link.is_symlink() and target.read_text() == "through"
+
+
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ["marker", "3", "-o", "/dev/full"],
+        ["marker", "3", "-o", "{folder}/m.svg"],
+        ["marker", "3", "5", "-o", "{folder}/m.svg"],
+        ["map", "draw", "{hall}", "-o", "{folder}/m.png"],
+        ["detect", "{frame}", "--draw", "{folder}/drawn"],
+    ],
+)
+def test_every_output_that_has_no_room_is_named(tmp_path, argv):
+    hall, frame = tmp_path / "hall.json", ROOT / "tests" / "frames" / "sunny_r30_1000_0.pgm"
+    assert cli.main(["map", "create", str(hall), "--marker", "3,0,0,0"]) == 0
+    folder = tmp_path / "out"
+    folder.mkdir()
+    words = [word.format(folder=folder, hall=hall, frame=frame) for word in argv]
+    code, err = run_with_room(100, *words)
+    assert code == 2 and err.count("\n") == 1
+    assert ("cannot write %s" % folder in err) or "/dev/full" in err
+    assert not [path for path in folder.rglob("*") if path.is_file()]
+
+
+def test_standard_output_without_room_is_named(tmp_path):
+    with open("/dev/full", "w") as full:
+        result = subprocess.run(
+            [*COMMAND, "detect", "--json", str(ROOT / "tests" / "frames" / "sunny_r30_1000_0.pgm")],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+        )
+    assert result.returncode == 2
+    assert "larics: cannot write to standard output: No space left on device\n" in result.stderr
+    assert "Traceback" not in result.stderr and "Exception ignored" not in result.stderr
+
+
+FRAME = str(ROOT / "tests" / "frames" / "sunny_r30_1000_0.pgm")
+
+
+@pytest.mark.parametrize(
+    "closed, argv",
+    [
+        ("reader", ["detect", "--json", FRAME]),
+        ("stdout", ["detect", FRAME]),
+        ("reader", ["settings", "show", "--port", "{port}"]),
+        ("stdout", ["settings", "show", "--port", "{port}"]),
+        ("reader", ["settings", "show", "--port", "{port}", "--json"]),
+        ("stdout", ["map", "check", "{hall}"]),
+        ("reader", ["replay", "{log}", "--stdout", "--fast"]),
+        ("reader", ["log", "--input", "{log}", "-o", "-"]),
+        ("reader", ["monitor", "--input", "{log}", "--speed", "0"]),
+        ("reader", ["--help"]),
+    ],
+    ids=str,
+)
+def test_an_output_that_nobody_reads_ends_every_command_alike(camera, run_bin, tmp_path, argv, closed):
+    hall = tmp_path / "hall.json"
+    assert cli.main(["map", "create", str(hall), "--marker", "3,0,0,0"]) == 0
+    words = [word.format(port=camera, hall=hall, log=run_bin) for word in argv]
+    reader, writer = os.pipe()
+    os.close(reader)
+    result = subprocess.run(
+        [*COMMAND, *words],
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+        preexec_fn=(lambda: os.close(1)) if closed == "stdout" else None,
+        timeout=60,
+    )
+    os.close(writer)
+    assert result.returncode == 141
+    # the sums of what was done may stand there, nothing else
+    assert not [line for line in result.stderr.splitlines() if not line.startswith(("1 frame", "201 mess"))]
+
+
+@pytest.fixture(scope="module")
+def camera(tmp_path_factory):
+    with firmware(tmp_path_factory.mktemp("camera")) as (device, _):
+        yield device
+
+
+def test_json_lines_go_to_standard_output_as_they_come(tmp_path):
+    with PtyPair() as cable:
+        before = datetime.datetime.now(datetime.UTC)
+        process = subprocess.Popen(
+            [*COMMAND, "log", "--port", cable.device_b, "-o", "-"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=ENVIRONMENT,
+            cwd=tmp_path,
+        )
+        for k in range(3):
+            while True:  # until the port is open, what is sent is lost
+                write_all(cable.device_a, wire((m.MARKER, marker_values(k))))
+                if k or select_readable(process.stdout, 0.1):
+                    break
+            record = json.loads(process.stdout.readline())
+            while record["frame"] != k:  # sent more than once
+                record = json.loads(process.stdout.readline())
+            moment = datetime.datetime.fromisoformat(record["time"])
+            assert before <= moment <= datetime.datetime.now(datetime.UTC)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=20)
+    assert process.returncode == 0 and "received" in err and list(tmp_path.iterdir()) == []
+
+
+def select_readable(file, limit_s):
+    import select
+
+    return bool(select.select([file], [], [], limit_s)[0])
+
+
+def test_the_time_of_bytes_recorded_earlier_is_not_known(run_bin, tmp_path, capsys):
+    assert cli.main(["log", "--input", str(run_bin), "-o", "-"]) == 0
+    out, err = capsys.readouterr()
+    assert all(json.loads(line)["time"] is None for line in out.splitlines()) and "201 messages" in err
+    assert cli.main(["log", "--input", str(run_bin), "-o", "-", "--raw"]) == 2
+    assert "need the name of a file" in capsys.readouterr().err
+
+
+def test_absolute_times_stand_in_the_lines_of_a_log(tmp_path):
+    with PtyPair() as cable:
+        process = subprocess.Popen(
+            [*COMMAND, "log", "--port", cable.device_b, "-o", str(tmp_path / "run")], env=ENVIRONMENT
+        )
+        wait_for_lines(tmp_path / "run.csv", 1)
+        before = datetime.datetime.now(datetime.UTC)
+        write_all(cable.device_a, wire((m.MARKER, marker_values(1))))
+        wait_for_lines(tmp_path / "run.jsonl", 1)
+        after = datetime.datetime.now(datetime.UTC)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+    (record,) = map(json.loads, (tmp_path / "run.jsonl").read_text().splitlines())
+    assert record["time"].endswith("Z") and before <= datetime.datetime.fromisoformat(record["time"]) <= after
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_drive_that_is_interrupted_keeps_what_was_driven(tmp_path, monkeypatch, capfd, number):
+    firmwares = []
+    take_frame = simulation.Simulation._take_frame
+
+    def interrupted(self, firmware, index, now_s):
+        if index == 5:
+            # Ctrl-C in a terminal goes to all of its session: the interpreter of the firmware is not in it
+            assert os.getsid(firmware._process.pid) != os.getsid(0)
+            firmwares.append(firmware._process)
+            os.kill(os.getpid(), number)
+        take_frame(self, firmware, index, now_s)
+
+    monkeypatch.setattr(simulation.Simulation, "_take_frame", interrupted)
+    folder = tmp_path / "drive"
+    assert cli.main(["simulate", "--drive", "loop", "--seconds", "60", "-o", str(folder)]) == 130
+    out, err = capfd.readouterr()
+    assert err == "" and out.startswith("interrupted after")
+    assert "frames.csv and score.json in %s" % folder in out
+    assert firmwares[0].returncode is not None and len(rows(folder / "frames.csv")) == 5
+    assert json.loads((folder / "score.json").read_text())
+    for name in ("path.png", "strip.png"):
+        assert (folder / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_drive_that_is_interrupted_before_its_first_frame_leaves_nothing(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(simulation.Simulation, "_take_frame", interrupted)
+    folder = tmp_path / "drive"
+    assert cli.main(["simulate", "--drive", "loop", "-o", str(folder)]) == 130
+    assert not folder.exists()
+
+
+def test_a_simulation_that_is_interrupted_keeps_whole_frames(tmp_path, capsys, monkeypatch):
+    from larics_host.commands import simulate
+
+    written = []
+
+    def write(path, frame):
+        if len(written) == 3:
+            raise KeyboardInterrupt
+        written.append(path.name)
+        files.write_file(path, frame.tobytes())
+
+    monkeypatch.setattr(simulate, "write_frame", write)
+    folder = tmp_path / "frames"
+    assert cli.main(["simulate", "--frames", "9", "-o", str(folder)]) == 130
+    assert capsys.readouterr().out.startswith("interrupted: 3 frames with ")
+    assert [truth.frame for truth in read_truth(folder)] == written
+
+
+def test_a_log_that_holds_nothing_leaves_nothing(tmp_path, capsys):
+    (tmp_path / "empty.bin").write_bytes(b"")
+    (tmp_path / "noise.bin").write_bytes(b"\x81\x93\xa7" * 50)
+    argv = ["-o", str(tmp_path / "out"), "--raw"]
+    assert cli.main(["log", "--input", str(tmp_path / "empty.bin"), *argv]) == 2
+    assert list(tmp_path.glob("out*")) == []
+    assert cli.main(["log", "--input", str(tmp_path / "noise.bin"), *argv]) == 2
+    assert [path.name for path in tmp_path.glob("out*")] == ["out.bin"]
+    assert "the bytes are in %s" % (tmp_path / "out.bin") in capsys.readouterr().err
