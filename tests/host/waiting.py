@@ -31,5 +31,8 @@ class Clock:
     def monotonic(self):
         return self.now_s
 
+    def time_ns(self):
+        return round(self.now_s * 1e9)
+
     def sleep(self, seconds):
         self.now_s += seconds

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from typing import Any
 
 from larics_host.errors import UserError
 from larics_host.wording import counted
