@@ -63,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
         raise UserError("-o - writes JSON lines alone: --raw and --mcap need the name of a file")
     source: Any = SerialSource(args.port, args.baud) if args.port else FileSource(args.input)
     prefix = args.output or time.strftime("larics-%Y%m%d-%H%M%S")
+    start_s = time.monotonic()
     # when the bytes of a file came is not known
     start_ns = time.time_ns() if args.port or args.input == "-" else None
     recorder: Any = StdoutLog(start_ns)
@@ -70,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
         recorder = LogWriter(prefix, args.raw, args.force, args.mcap, start_ns)
     if args.port and args.reconnect:
         source = ReconnectingSource(source)
-    work = _Log(args, source, recorder)
+    work = _Log(args, source, recorder, start_s)
     lost: UserError | ConnectionLost | None = None
     try:
         with stop_on_signals(source.live) as stopped, contextlib.suppress(KeyboardInterrupt):
@@ -89,11 +90,12 @@ def run(args: argparse.Namespace) -> int:
 class _Log:
     """What is read, decoded, written and shown."""
 
-    def __init__(self, args, source, recorder):
+    def __init__(self, args, source, recorder, start_s):
         from larics_host.connection.line_watch import LineWatch
         from larics_host.connection.receiver import Receiver
 
         self._args = args
+        self._start_s = start_s
         self._source = source
         self._recorder = recorder
         self._receiver = Receiver()
@@ -104,7 +106,7 @@ class _Log:
         from larics_host.logs.live_table import LiveTable
 
         view = LiveTable(self._source.name)
-        start_s = time.monotonic()
+        start_s = self._start_s
         with _display(self._args.quiet or self._args.output == "-") as show:
             shown_s = start_s
             while True:
