@@ -46,8 +46,8 @@ mpy: $(READY)  ## compile shared/ and firmware/ for the boards and report sizes
 fuzz: $(READY)  ## long damage runs on both decoders of the wire (about fifteen minutes)
 	$(BIN)/python tools/fuzz_wire.py $(FUZZ)
 
-vehicle: $(READY)  ## code size of the vehicle's C library for Cortex-M
-	$(BIN)/python tools/vehicle_build.py
+vehicle: $(READY)  ## the vehicle's C library on AVR, Cortex-M, big-endian: same results, flash, RAM, cycles
+	$(BIN)/python tools/vehicle_targets.py
 
 flash: $(READY)  ## put the firmware on the connected board (FLASH="--port /dev/ttyACM0 --dry-run")
 	$(BIN)/larics flash $(FLASH)

@@ -1,15 +1,10 @@
-"""Builds C programs with the vehicle library: for the tests, for tools/fuzz_wire.py, and to report its size.
-
-python tools/vehicle_build.py     the library's code size for Cortex-M, when arm-none-eabi-gcc is there
-"""
+"""Builds C programs with the vehicle library, and streams for them: for tests and for tools/fuzz_wire.py."""
 
 import pathlib
 import random
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "shared"))
@@ -20,8 +15,6 @@ LIBRARY = ROOT / "firmware" / "vehicle" / "src"
 SOURCES = sorted(LIBRARY.glob("*.c"))
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion"]
 SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-CORES = ("cortex-m0", "cortex-m4", "cortex-m7", "cortex-m55")
-MOST_CODE = 12288
 
 
 def build(sources, program, *flags, compiler="gcc"):
@@ -38,20 +31,6 @@ def objects(folder, compiler, *flags):
         made.append(pathlib.Path(folder) / (source.stem + ".o"))
         subprocess.run([compiler, *STRICT, *flags, "-c", str(source), "-o", str(made[-1])], check=True)
     return made
-
-
-def sizes(folder):
-    """{core: bytes of code and constants}, or {} without the cross compiler."""
-    if not shutil.which("arm-none-eabi-gcc"):
-        return {}
-    found = {}
-    for core in CORES:
-        made = objects(folder, "arm-none-eabi-gcc", "-Os", "-mthumb", "-mcpu=" + core)
-        output = subprocess.run(
-            ["arm-none-eabi-size", *map(str, made)], check=True, capture_output=True, text=True
-        ).stdout
-        found[core] = sum(sum(map(int, line.split()[:2])) for line in output.splitlines()[1:])
-    return found
 
 
 def random_values(generator, number):
@@ -208,18 +187,3 @@ int main(int argc, char **argv)
     return 0;
 }
 """
-
-
-def main():
-    with tempfile.TemporaryDirectory() as folder:
-        found = sizes(folder)
-    if not found:
-        print("arm-none-eabi-gcc is not installed: code size not measured")
-        return 0
-    for core, size in found.items():
-        print("%-11s %d bytes of %d" % (core, size, MOST_CODE))
-    return 1 if max(found.values()) > MOST_CODE else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

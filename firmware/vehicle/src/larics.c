@@ -218,6 +218,8 @@ static const range ranges[] LARICS_IN_FLASH = {
 
 #define HEADER 4
 #define CRC_SIZE 4
+#define CRC_START 0xFFFFFFFFu
+#define CRC_INTACT 0xDEBB20E3u /* over a message and its CRC, whatever the message */
 #define LATE 8u /* a number that goes back by less is a message that was overtaken */
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -227,14 +229,17 @@ static const uint32_t crc_of_nibble[16] LARICS_IN_FLASH = {
     0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u, 0x4DB26158u, 0x5005713Cu,
     0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu, 0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
 
+static uint32_t crc_with(uint32_t crc, uint8_t byte)
+{
+    crc ^= byte;
+    crc = (crc >> 4) ^ larics_flash_u32(&crc_of_nibble[crc & 15u]);
+    return (crc >> 4) ^ larics_flash_u32(&crc_of_nibble[crc & 15u]);
+}
+
 static uint32_t crc32(const uint8_t *data, size_t count)
 {
-    uint32_t crc = 0xFFFFFFFFu;
-    while (count--) {
-        crc ^= *data++;
-        crc = (crc >> 4) ^ larics_flash_u32(&crc_of_nibble[crc & 15u]);
-        crc = (crc >> 4) ^ larics_flash_u32(&crc_of_nibble[crc & 15u]);
-    }
+    uint32_t crc = CRC_START;
+    while (count--) crc = crc_with(crc, *data++);
     return crc ^ 0xFFFFFFFFu;
 }
 
@@ -423,7 +428,7 @@ static int finish(larics_decoder *decoder)
         count(&counters->cobs, 1);
     } else if (decoder->size < HEADER + CRC_SIZE) {
         count(&counters->length, 1);
-    } else if (get32(bytes + end) != crc32(bytes, end)) {
+    } else if (decoder->crc != CRC_INTACT) {
         count(&counters->crc, 1);
     } else if (bytes[0] != LARICS_VERSION) {
         count(&counters->version, 1);
@@ -448,6 +453,13 @@ static int finish(larics_decoder *decoder)
     return 0;
 }
 
+/* The CRC grows with each byte, so that the last one of a frame does not take much longer. */
+static void keep(larics_decoder *decoder, uint8_t byte)
+{
+    decoder->buffer[decoder->size++] = byte;
+    decoder->crc = crc_with(decoder->crc, byte);
+}
+
 int larics_decode(larics_decoder *decoder, uint8_t byte)
 {
     int is_new = 0;
@@ -458,13 +470,15 @@ int larics_decode(larics_decoder *decoder, uint8_t byte)
     } else if (decoder->state == TOO_LONG) {
         /* skipped */
     } else if (decoder->left) {
-        decoder->buffer[decoder->size++] = byte;
+        keep(decoder, byte);
         decoder->left--;
     } else { /* a COBS byte: how many bytes follow until a 0 */
-        if (decoder->state == START)
+        if (decoder->state == START) {
             decoder->size = 0;
-        else
-            decoder->buffer[decoder->size++] = 0;
+            decoder->crc = CRC_START;
+        } else {
+            keep(decoder, 0);
+        }
         decoder->state = INSIDE;
         decoder->left = (uint8_t)(byte - 1u);
         if ((unsigned)decoder->size + decoder->left > LARICS_LIMIT) decoder->state = TOO_LONG;

@@ -419,7 +419,8 @@ typedef struct {
 typedef struct {
     larics_counters counters;
     larics_message message; /* valid after larics_decode returned 1, until its next call */
-    uint16_t sequence;      /* private from here on */
+    uint32_t crc;           /* private from here on */
+    uint16_t sequence;
     uint16_t boot;
     uint16_t doubtful;
     uint8_t has_sequence;
