@@ -6,6 +6,7 @@ import pytest
 
 from c_parts import Parts
 from larics.device.commands import Commands
+from larics.device.outbox import Uptime
 from larics.device.raw_frame import RawSender
 from larics.settings import Settings, field
 from larics.wire import messages as m
@@ -43,7 +44,7 @@ class Camera:
     def __init__(self, parts, seed=1, loses=lambda: False):
         self.parts, self.loses = parts, loses
         self.settings, self.actions = Settings(), Actions()
-        self.commands = Commands(self.settings, RawSender(), self.actions, BOOT)
+        self.commands = Commands(self.settings, RawSender(), self.actions, BOOT, Uptime())
         self.encoder = Encoder()
         self.requests = []
         self.now_ms = 2**32 - 700  # the clock wraps on the way
