@@ -44,7 +44,7 @@ class Camera:
     def __init__(self, parts, seed=1, loses=lambda: False):
         self.parts, self.loses = parts, loses
         self.settings, self.actions = Settings(), Actions()
-        self.commands = Commands(self.settings, RawSender(), self.actions, BOOT, Uptime())
+        self.commands = Commands(self.settings, RawSender(), self.actions, BOOT, Uptime(), None)
         self.encoder = Encoder()
         self.requests = []
         self.now_ms = 2**32 - 700  # the clock wraps on the way
