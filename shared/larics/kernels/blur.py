@@ -279,7 +279,7 @@ def match_sectors(
 
 @micropython.viper
 def best_direction(
-    matches: ptr16, sector: int, rel: int, sectors: int, step: int, offset: int, floor: int, direction: int,
+    matches: ptr16, sector: int, value: int, sectors: int, step: int, offset: int, floor: int, direction: int,
     pitch: int, result: ptr32,
 ) -> int:  # fmt: skip
     """The direction of motion with the largest sum of matches, of `direction`, + pitch, ... below 32.
@@ -291,13 +291,14 @@ def best_direction(
         total = 0
         sector = 0
         while sector < sectors:
-            rel = (offset + sector * step - direction) & 31
-            if rel > 16:
-                rel = 32 - rel
-            match = int(matches[rel * sectors + sector])
-            if match < floor:
-                match = floor
-            total += match
+            # the rel, and its match
+            value = (offset + sector * step - direction) & 31
+            if value > 16:
+                value = 32 - value
+            value = int(matches[value * sectors + sector])
+            if value < floor:
+                value = floor
+            total += value
             sector += 1
         if total > best:
             best = total

@@ -135,14 +135,15 @@ def erase_line(
 
 @micropython.viper
 def ink_profile(
-    samples: ptr16, i: int, total: int, fan: ptr32, zones: ptr32, zone: int, levels: ptr16, angle: int,
+    samples: ptr16, i: int, value: int, fan: ptr32, zones: ptr32, zone: int, levels: ptr16, angle: int,
     bars: ptr16, motion_axis: int, ink: ptr16, skirts: ptr16,
 ) -> int:  # fmt: skip
     """ink[slot + k] = darkness of a zone's samples of direction k less the rings' skirts there + 32768.
 
     samples: of a fan; zones, zone: as in line_template; levels: as from sectors.sector_levels; direction k
     lies at angle + 2 k steps (1/256 of half a turn); motion_axis: 1/32 of half a turn or STILL; bars: those
-    of all rels; skirts: 17 items, scratch space. Returns 0."""
+    of all rels; skirts: 17 items, scratch space. value: a register for what is at
+    hand. Returns 0."""
     directions = int(fan[_FAN_DIRECTIONS])
     step = int(fan[_FAN_STEP]) << 1
     pitch = int(fan[_FAN_COUNT])
@@ -165,37 +166,37 @@ def ink_profile(
             skirt = int(skirts[rel])
         if skirt == 65535:
             skirt = 0
-            off = unit - 24
             bar = rel * _BAR
-            while off < unit + count - 24:
-                # from the outer ring, and from the inner one
-                distance = off
-                if distance < 0:
-                    distance = 0 - distance
-                if distance < 24:
-                    skirt += int(bars[bar + distance])
-                distance = off + 8
-                if distance < 0:
-                    distance = 0 - distance
-                if distance < 24:
-                    skirt += int(bars[bar + distance])
-                off += 1
+            i = unit - 24
+            while i < unit + count - 24:
+                # how far from the outer ring, and from the inner one
+                value = i
+                if value < 0:
+                    value = 0 - value
+                if value < 24:
+                    skirt += int(bars[bar + value])
+                value = i + 8
+                if value < 0:
+                    value = 0 - value
+                if value < 24:
+                    skirt += int(bars[bar + value])
+                i += 1
             skirt = skirt // count
             skirts[rel] = skirt
-        total = 0
+        value = 0
         i = base
         end = base + count
         while i < end:
-            total += int(samples[i])
+            value += int(samples[i])
             i += 1
-        sector = (angle >> 4) & 31
-        total = int(levels[32 + sector]) * count - total
-        total = (total << 8) // ((int(levels[sector]) * count >> 2) + 1) - skirt
-        if total > 8191:
-            total = 8191
-        if total < 0 - 8191:
-            total = 0 - 8191
-        ink[slot + k] = total + 32768
+        i = (angle >> 4) & 31
+        value = int(levels[32 + i]) * count - value
+        value = (value << 8) // ((int(levels[i]) * count >> 2) + 1) - skirt
+        if value > 8191:
+            value = 8191
+        if value < 0 - 8191:
+            value = 0 - 8191
+        ink[slot + k] = value + 32768
         base += pitch
         angle += step
         k += 1

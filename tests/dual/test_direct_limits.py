@@ -1,0 +1,332 @@
+"""Limits of the direct reader beside its acceptance: of passes, fit and lines; and of the tracker."""
+
+from array import array
+
+from larics.arith import fixed, tables
+from larics.detect.tracker import Tracker
+from larics.direct import ring_fit
+from larics.direct.line_reader import LineReader
+from larics.direct.reader import DirectReader
+from larics.direct.ring_fit import RingFit
+from larics.kernels import coarse, harmonics, layouts, lines
+from larics.marker import LARICS3, verdicts
+from larics.marker.detection import Detection
+
+BIAS = layouts.BIAS
+
+
+class Scripted:
+    """Stands for rings, lines and acceptance of a reader: passes move the rings as told, all is noted."""
+
+    def __init__(self, radius_q8, moves):
+        self.radius_q8 = radius_q8
+        self.moves = list(moves)
+        self.moved_q10 = 0
+        self.passes = []
+        self.looks = []
+        self.code = self.angle_turn16 = 0
+        self.line_q10 = 119
+        self.area = 1
+
+    def start(self, x_q10, y_q10, radius_q8):
+        pass
+
+    def coarse(self, edges, count, x_q8, y_q8, radii):
+        return True
+
+    def refine(self, frame, *rest):
+        if not rest:
+            return None
+        self.passes.append(rest)
+        self.moved_q10 = self.moves.pop(0) if self.moves else 0
+        return True
+
+    def first_look(self, rings, deviation_q10):
+        self.looks.append(deviation_q10)
+        return True
+
+    def find_orientation(self, frame, rings):
+        return 1
+
+    def read_code(self, frame, rings):
+        pass
+
+    def skip_lines(self, lines):
+        pass
+
+    def rings(self, rings, low_q8, high_q8):
+        return verdicts.POOR_RINGS  # so far and no farther
+
+
+class Scale:
+    radii = None
+    radius_min_q8 = radius_max_q8 = 0
+
+    class edges:
+        edges = None
+
+
+def examined(radius_q8, moves, predicted=0):
+    """The verdict on scripted rings, and the script."""
+    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+    script = Scripted(radius_q8, moves)
+    reader.rings = reader.lines = reader.acceptance = script
+    return reader.examine(None, Scale, 1, 0, 0, predicted), script
+
+
+def test_rings_too_small_or_too_faint_are_left_to_the_blur_model():
+    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+    line_px256 = 7680 * reader.rings.line_q10 >> 10
+    reader.rings.radius_q8, reader.rings.area = 7680, (56 * line_px256 + 255) // 256
+    assert reader.decides()
+    reader.rings.area -= 1
+    assert not reader.decides()
+    for radius_q8 in (2303, 2304):
+        reader.rings.radius_q8, reader.rings.area = radius_q8, 100000
+        assert reader.decides() == (radius_q8 == 2304)
+
+
+def test_deviations_of_the_first_passes():
+    assert examined(8000, (0,))[1].looks == [1300, 480]
+    assert examined(8000, (0,), 8000)[1].looks == [480, 480]
+
+
+def test_rings_that_are_far_off_take_more_passes():
+    for radius_q8, moves, passes in (
+        (4096, (400,), 2),  # one more for the pose without the lines
+        (4096, (401, 400), 3),
+        (4096, (401, 401, 400), 4),
+        (4096, (401, 401, 401, 400), 5),
+        (8000, (625,), 2),  # 1/51 of the radius
+        (8000, (626, 625), 3),
+        (4095, (0, 0), 3),  # small rings take one more
+    ):
+        verdict, script = examined(radius_q8, moves)
+        assert verdict == verdicts.POOR_RINGS and len(script.passes) == passes, (radius_q8, moves)
+        lines_first = [one[0] for one in script.passes[1:-1]]
+        assert lines_first == [12 if radius_q8 < 4096 else 6] * (passes - 2)
+    verdict, script = examined(4096, (401, 401, 401, 401))
+    assert verdict == verdicts.NO_FIT and len(script.passes) == 4
+
+
+def test_the_last_pass_must_settle():
+    for moves, verdict, passes in (
+        ((0, 120), verdicts.POOR_RINGS, 2),
+        ((0, 121, 120), verdicts.POOR_RINGS, 3),
+        ((0, 121, 121), verdicts.NO_FIT, 3),
+    ):
+        found, script = examined(8000, moves)
+        assert (found, len(script.passes)) == (verdict, passes), moves
+
+
+class CoarseResult:
+    """Stands for the kernels of the coarse fit: so many edges on the outer and the inner ring."""
+
+    def __init__(self, outer, inner):
+        self.found = outer, inner
+
+    def edge_distances(self, *arguments):
+        return 20
+
+    def choose_radius(self, *arguments):
+        result = arguments[-1]
+        self.rounds = arguments[-2]
+        result[0], result[1], result[2] = 480, 0, 0
+        result[3], result[4] = self.found
+
+
+def test_edges_that_must_agree_on_a_radius():
+    rings = RingFit(136, 128, 683, 119, 8000)
+    for radius_max_q8, outer, inner, expected in (
+        (3072, 7, 4, True),
+        (3072, 6, 4, False),
+        (3072, 7, 3, False),
+        (3071, 5, 3, True),
+        (3071, 4, 3, False),
+        (3071, 5, 2, False),
+    ):
+        ring_fit.coarse = stand_in = CoarseResult(outer, inner)
+        try:
+            found = rings.coarse(None, 30, 68 << 8, 64 << 8, rings.radii(2000, radius_max_q8, 300))
+        finally:
+            ring_fit.coarse = coarse
+        assert found == expected, (radius_max_q8, outer, inner)
+        assert stand_in.rounds == 2
+
+
+class Code:
+    def __init__(self, angle_turn16, sum_of_means):
+        self.angle_turn16 = angle_turn16
+        self.code = array("i", [BIAS] * (8 * layouts.POSITION_ITEMS))
+        for position in (2, 4, 6):
+            self.code[position * layouts.POSITION_ITEMS + layouts.POSITION_NEAR_MEAN] += sum_of_means
+
+
+def test_half_sectors_that_lines_cover():
+    rings = RingFit(136, 128, 683, 119, 8000)
+    for angle_turn16, means, outer, inner in (
+        (407, 170, 2, 0),  # 9 degrees to either side, in sectors of 11.25
+        (408, 170, 3, 0),
+        (407, 171, 2, 6),
+        (0, 171, 2, 6),
+    ):
+        rings.skip_lines(Code(angle_turn16, means))
+        assert (rings.skipped_outer, rings.skipped_inner) == (outer, inner), (angle_turn16, means)
+
+
+def test_what_passes_as_an_orientation_line():
+    reader = LineReader(LARICS3, 175)
+    for area, gap, slope, expected in (
+        (96, 90, 99, True),
+        (95, 90, 99, False),
+        (96, 91, 99, False),
+        (96, 90, 100, False),
+    ):
+        reader.line[layouts.CROSSING_AREA], reader.line[layouts.CROSSING_GAP] = area, gap
+        reader.line[layouts.CROSSING_SLOPE], reader.line[layouts.CROSSING_SLOPE_MOST] = slope, 100
+        assert reader._passes() == expected, (area, gap, slope)
+
+
+def test_short_lines_may_be_less_straight():
+    frame = fixed.frame_view(bytearray(100 * 100))
+    fit = array("i", [0] * layouts.FIT_ITEMS)
+    fit[layouts.FIT_TRUE_X_Q10] = fit[layouts.FIT_TRUE_Y_Q10] = BIAS + 50 * 1024
+    fit[layouts.FIT_WIDTH] = fit[layouts.FIT_HEIGHT] = 100
+    fit[layouts.FIT_AREA] = 100
+    shape = array("i", [0] * layouts.SHAPE_ITEMS)
+    shape[layouts.SHAPE_LINE] = 119
+    line = array("i", [0] * layouts.CROSSING_ITEMS)
+    for radius_q8, expected in ((7680, 103), (3840, 141), (20480, 79)):
+        fit[layouts.FIT_RADIUS_Q8] = radius_q8
+        lines.line_crossings(
+            0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, fit, shape, 0, 1, array("i", [0] * 32), line
+        )
+        assert line[layouts.CROSSING_SLOPE_MOST] == expected, radius_q8
+
+
+def harmonics_of(residuals, rounds=2, floor=1):
+    """What is found in 16 sectors of the outer ring (None: nothing seen) with a flawless inner one."""
+    sectors = array("i", [0] * 128)
+    for ring in range(2):
+        for k in range(16):
+            residual = residuals[k] if ring == 0 else 0
+            if residual is not None:
+                slot = 64 * ring + 4 * k
+                sectors[slot] = sectors[slot + 2] = 1
+                sectors[slot + 3] = 32768 + residual
+    outer = array("i", [0] * layouts.RING_ITEMS)
+    inner = array("i", [0] * layouts.RING_ITEMS)
+    means = array("i", [0] * 32), array("i", [0] * 32)
+    holds = harmonics.ring_harmonics(
+        0, 0, 0, sectors, means[0], means[1], tables.HARMONICS_4, rounds, floor, outer, inner
+    )
+    return holds, outer
+
+
+def test_a_sector_four_mean_deviations_off_is_an_outlier():
+    waves = [10 if k & 1 else -10 for k in range(16)]  # no harmonic that is looked for
+    for off, used in ((50, 16), (150, 15)):
+        residuals = list(waves)
+        residuals[1] += off
+        assert harmonics_of(residuals)[1][layouts.RING_USED] == used, off
+    for floor, used in ((200, 16), (20, 15)):  # one close enough never is
+        residuals = list(waves)
+        residuals[1] += 150
+        assert harmonics_of(residuals, 2, floor)[1][layouts.RING_USED] == used, floor
+
+
+def test_sectors_that_a_ring_needs():
+    for seen, expected in ((5, 1), (4, 0)):
+        residuals = [0 if k % 3 == 0 and k // 3 < seen else None for k in range(16)]
+        assert residuals.count(0) == seen
+        assert harmonics_of(residuals)[0] == expected, seen
+
+
+def end_of_pass(apart_x, deviation, radius_q8=7680):
+    """Whether rings whose centres are so far apart hold, and how far beyond their mean the true one lies."""
+    fit = array("i", [0] * layouts.FIT_ITEMS)
+    fit[layouts.FIT_RADIUS_Q8], fit[layouts.FIT_INNER_Q8] = radius_q8, radius_q8 * 2 // 3
+    fit[layouts.FIT_INNER_Q10], fit[layouts.FIT_BEYOND_Q8] = 683, 333
+    fit[layouts.FIT_BULGE_COS] = fit[layouts.FIT_BULGE_SIN] = BIAS
+    rings = []
+    for sign in (1, -1):
+        ring = array("i", [BIAS] * 5 + [deviation, 16, 16, 1000])
+        ring[layouts.RING_COS] += sign * apart_x // 2
+        rings.append(ring)
+    holds = harmonics.end_pass(fit, rings[0], rings[1])
+    return holds, fit[layouts.FIT_X_Q10] - fit[layouts.FIT_TRUE_X_Q10]
+
+
+def test_centres_of_the_rings_that_are_too_far_apart():
+    assert end_of_pass(2998, 0)[0] == 1
+    assert end_of_pass(3000, 0)[0] == 0
+    assert end_of_pass(-2998, 0)[0] == 1
+    assert end_of_pass(-3000, 0)[0] == 0
+
+
+def test_perspective_is_believed_as_far_as_it_is_sure():
+    for apart, deviation, radius_q8 in (
+        (600, 100, 7680),
+        (600, 300, 7680),
+        (40, 100, 7680),
+        (40, 100, 18000),
+    ):
+        noise = 2 * deviation * deviation * 50 // 128 + 4
+        prior = (radius_q8 // 16) * (radius_q8 // 16) * 32 // 230400
+        signal = max(apart * apart - noise, prior * prior)
+        expected = apart * 333 * signal // ((signal + noise) * 256)
+        found = end_of_pass(apart, deviation, radius_q8)[1]
+        assert abs(found - expected) <= 2 + expected // 50, (apart, deviation, radius_q8, found, expected)
+
+
+def counted(on_rings, extra):
+    """Edges counted on the outer and inner ring when `extra` (1/16 px) joins those that lie exactly there."""
+    scale = array("i", [0] * layouts.RADII_ITEMS)
+    scale[layouts.RADII_FIRST], scale[layouts.RADII_LAST], scale[layouts.RADII_BINS] = 25, 35, 60
+    scale[layouts.RADII_INNER_Q10] = 683
+    distances = array("i", [radius | direction << 16 for radius in on_rings for direction in range(0, 48, 2)])
+    distances.append(extra | 1 << 16)
+    result = array("i", [0] * 5)
+    coarse.choose_radius(bytearray(60), 0, 0, scale, distances, len(distances), fixed.AXES, 1, result)
+    return result[3], result[4]
+
+
+def test_how_near_an_edge_lies_to_a_ring():
+    outer = 30 * 8 + 4
+    inner = (outer * 683 + 512) >> 10
+    for extra, expected in (
+        (outer, (25, 24)),
+        (outer + 40, (25, 24)),
+        (outer + 41, (24, 24)),
+        (outer - 40, (25, 24)),
+        (inner + 31, (24, 25)),
+        (inner + 32, (24, 24)),
+        (inner - 31, (24, 25)),
+        (inner - 32, (24, 24)),
+    ):
+        assert counted((outer, inner), extra) == expected, extra
+
+
+class Counting:
+    """A detector that always sees one marker."""
+
+    def __init__(self):
+        self.calls = []
+        self.found = [Detection()]
+        self.found[0].marker_id = 3
+
+    def detect(self, frame):
+        self.calls.append("search")
+        return self.found
+
+    def track(self, frame):
+        self.calls.append("track")
+        return self.found
+
+
+def test_every_eighth_frame_is_searched():
+    counting = Counting()
+    tracker = Tracker(counting)
+    for _ in range(17):
+        tracker.detect(None)
+    assert counting.calls == (["search"] + ["track"] * 7) * 2 + ["search"]

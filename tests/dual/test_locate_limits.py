@@ -1,0 +1,167 @@
+"""Each limit of pose and route, at it and just beyond."""
+
+from array import array
+
+from larics.locate.camera_model import Measurement
+from larics.locate.localizer import Localizer
+from larics.locate.marker_map import MarkerMap
+from larics.locate.motion import Motion, grown
+from larics.locate.navigator import Navigator
+from larics.locate.noise import Residuals
+from larics.locate.route import Route
+from larics.wire.messages import COASTING, LOST, TRACKING
+
+ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000))
+FRAME_US = 20000
+
+
+def measured(marker_id, x_mm10, y_mm10=0, heading_cdeg=0):
+    out = Measurement()
+    out.marker_id = marker_id
+    out.offset_x_mm10, out.offset_y_mm10, out.heading_cdeg = x_mm10, y_mm10, heading_cdeg
+    out.height_mm10 = out.ring_height_mm10 = 30000
+    return out
+
+
+def standing(frames):
+    """A vehicle that has stood below marker 3 for that many frames, and the time."""
+    found = Localizer(MarkerMap(ROWS), coast_us=1500000)
+    for k in range(frames):
+        found.update([measured(3, 0)], 1, k * FRAME_US)
+    assert found.state == TRACKING
+    return found, (frames - 1) * FRAME_US
+
+
+def test_silence_and_the_longest_coasting():
+    for passed_us, expected in (
+        (1000000, TRACKING),  # a second without a frame
+        (1000001, COASTING),
+        (1500000, COASTING),
+        (1500001, LOST),
+    ):
+        found, time_us = standing(5)
+        assert found.pass_time(time_us + passed_us) == expected, passed_us
+    for passed_us, expected in ((1500000, COASTING), (1500001, LOST)):
+        found, time_us = standing(5)
+        assert found.update([], 0, time_us + passed_us) == expected, passed_us
+
+
+def is_near(x=0, y=0, heading=0, time_h=0, speed=0, sure=False, state=LOST, sigma=(0, 0)):
+    """Whether the gate lets a place through that is so far off what was expected."""
+    found = Localizer(MarkerMap(ROWS))
+    found.state = state
+    found.sigma_mm10, found.sigma_cdeg = sigma
+    found._seen[0], found._seen[1], found._seen[2] = 7000 + x, -500 + y, (100 + heading) % 36000
+    return found._is_near(0, (7000, -500, 100), time_h, speed, sure)
+
+
+def test_the_gate_of_the_pose():
+    for settings, place_mm10, turn_cdeg in (
+        ({}, 500, 500),
+        ({"time_h": 1000}, 500 + 249, 500 + 360),  # half of 5 m/s2 and of 720 degrees/s2, by 0.1 s squared
+        ({"speed": 2000, "time_h": 100}, 500 + 200 + 2, 500 + 3),
+        ({"state": TRACKING, "sigma": (20, 30)}, 500 + 120, 500 + 180),  # six sigma,
+        ({"state": TRACKING, "sigma": (5000, 5000)}, 500 + 6000, 500 + 3000),  # of a bounded one
+        ({"state": TRACKING, "sigma": (5000, 5000), "sure": True}, 3000, 3000),
+        ({"sigma": (5000, 5000)}, 500, 500),  # lost: nothing is known
+    ):
+        for sign in (1, -1):
+            for distance, expected in ((0, True), (1, False)):
+                assert is_near(x=sign * (place_mm10 + distance), **settings) == expected, settings
+                assert is_near(y=sign * (place_mm10 + distance), **settings) == expected, settings
+                assert is_near(heading=sign * (turn_cdeg + distance), **settings) == expected, settings
+
+
+def test_a_far_place_is_believed_with_a_second_frame():
+    for off_mm10, frames in ((3000, 1), (3001, 2)):
+        found, time_us = standing(60)
+        states = []
+        for k in range(frames):
+            found.sigma_mm10 = 5000  # so that the gate itself is wider
+            found.update([measured(3, -off_mm10)], 1, time_us + (k + 1) * FRAME_US)
+            states.append((found.state, abs(found.x_mm10 - off_mm10) < 2))
+        assert states[-1] == (TRACKING, True), (off_mm10, states)
+        assert frames == 1 or not states[0][1], states
+
+
+def test_sigma_begins_and_ends_with_what_is_typical():
+    found, _ = standing(2)
+    assert (found.sigma_mm10, found.sigma_cdeg) == (20, 15)
+    found, time_us = standing(300)
+    assert (found.sigma_mm10, found.sigma_cdeg) == (3, 2)
+    found.update([], 0, time_us + 1000000)
+    assert abs(found.sigma_mm10 - 3 - 1500) <= 8, found.sigma_mm10  # half of 0.3 m/s2 in a second
+    assert abs(found.sigma_cdeg - 2 - 3000) <= 8, found.sigma_cdeg  # half of 60 degrees/s2
+
+
+def test_residuals_are_averaged_over_sixteen_frames():
+    noise = Residuals(20)
+    for _ in range(100):
+        noise.add(0, 0, 0, 200, 200)
+    assert noise.weight == 16
+    noise.square = 16000
+    noise.add(0, 0, 0, 200, 200)
+    assert noise.square == 15000
+    noise.add(0, 0, 0, 100, 401)  # the last two frames are four times as far apart as those before
+    assert noise.square == 15000
+    noise.add(0, 0, 0, 100, 400)
+    assert noise.square == 15000 - 15000 // 16
+
+
+def learned(dx=0, turned=0, time_h=1000, first=True):
+    motion = Motion()
+    motion.learn(dx, 0, -turned // 2, turned, time_h, first)
+    return motion
+
+
+def test_speeds_and_turn_rates_are_bounded_and_smoothed():
+    assert abs(learned(9000).forward - 90000) <= 10
+    assert learned(11000).forward == learned(50000).forward == 100000  # 10 m/s
+    assert learned(-50000).forward == -100000
+    assert learned(turned=6000).turn == 60000
+    assert learned(turned=9000).turn == 72000
+    assert learned(turned=-9000).turn == -72000
+    assert learned(1000, first=False).forward == learned(1000).forward // 2  # a time constant of 0.1 s
+
+
+def test_a_motion_is_carried_on_for_so_long():
+    motion = Motion()
+    motion.forward = 10000
+    for time_h, expected in ((20000, 20000), (30000, 30000), (50000, 30000)):
+        pose = array("i", [0] * 3)
+        motion.carry(pose, time_h)
+        assert abs(pose[0] - expected) <= 4, (time_h, pose)
+    motion.turn = 9000
+    for time_h, expected in ((2500, 2250), (5000, 4500), (10000, 4500)):
+        pose = array("i", [0] * 3)
+        motion.carry(pose, time_h)
+        assert pose[2] == expected, (time_h, pose)
+
+
+def test_growth_is_half_the_acceleration_times_the_time_squared():
+    for acceleration, time_h in ((3000, 10000), (72000, 1000), (50000, 3000), (200000, 500)):
+        expected = acceleration * time_h * time_h // 200000000
+        assert abs(grown(acceleration, time_h, 1 << 20) - expected) <= 2 + expected // 100
+    assert grown(50000, 10000, 600) == 600 and grown(1, 30001, 77) == 77
+
+
+def test_another_marker_is_reached_when_it_is_twice_as_near():
+    for x_mm10, expected in ((500, 4), (501, 3)):
+        navigator = Navigator(ROWS, (3, 4))
+        navigator._last_id = 3
+        view = [measured(3, 600, 400), measured(4, -x_mm10, 0)]
+        assert navigator._reached(view, 2) == expected, x_mm10
+    navigator = Navigator(ROWS, (3, 4))
+    assert navigator._reached([measured(3, 1000), measured(4, 900)], 2) == 4  # at none before
+
+
+def test_what_each_story_of_a_route_costs():
+    for marker_id, expected in (
+        (2, [5, 0, 8, 10, 12, 12, 12]),  # the next one: the others have read it wrongly or do not belong
+        (3, [3, 4, 0, 8, 10, 10, 10]),  # one was missed: 2
+        (4, [1, 2, 4, 0, 8, 8, 8]),  # two: 4
+        (5, [0, 1, 3, 5, 2, 7, 7]),  # three are too many: it does not belong (5) or the vehicle was moved (7)
+    ):
+        route = Route(range(1, 8), None, 0)
+        route.see(marker_id)
+        assert list(route._cost) == expected, (marker_id, list(route._cost))

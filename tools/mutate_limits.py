@@ -1,0 +1,146 @@
+"""Doubles and halves each limit, one at a time, and tells which changes no test notices.
+
+    python tools/mutate_limits.py                  all of them (some minutes)
+    python tools/mutate_limits.py rules localizer  those of modules whose path holds one of the words
+
+A limit is a constant of one of the modules below, or a scale in a call of `_rule`. Each change is made on a
+copy of the tree, and the tests named beside the module run on it, interpreted. Exits with 1 when a change
+survives. What is no limit (sizes of buffers, names of states, items of arrays) is left out by name.
+"""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from tools.check_rules import layouts_of  # noqa: E402
+
+LOCATE = ("test_locate_limits", "test_pose", "test_navigator", "test_route")
+FIT = ("test_direct_limits", "test_detector")
+TARGETS = {  # module -> tests of tests/dual
+    "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
+    "shared/larics/direct/acceptance.py": ("test_direct_acceptance",),
+    "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
+    "shared/larics/blurred/reader.py": ("test_blurred_acceptance", "test_blurred_limits"),
+    "shared/larics/blurred/candidates.py": ("test_blurred_limits", "test_model"),
+    "shared/larics/direct/reader.py": FIT,
+    "shared/larics/direct/ring_fit.py": FIT,
+    "shared/larics/direct/line_reader.py": FIT,
+    "shared/larics/kernels/harmonics.py": FIT,
+    "shared/larics/kernels/lines.py": FIT,
+    "shared/larics/kernels/coarse.py": FIT,
+    "shared/larics/locate/localizer.py": LOCATE,
+    "shared/larics/locate/navigator.py": LOCATE,
+    "shared/larics/locate/noise.py": LOCATE,
+    "shared/larics/locate/motion.py": LOCATE,
+    "shared/larics/locate/route.py": LOCATE,
+    "shared/larics/detect/tracker.py": ("test_direct_limits",),
+    "shared/larics/detect/confirmation.py": ("test_direct_limits",),
+}
+# changes other than of a constant: (module, text, replacement, tests)
+OTHERS = (
+    ("shared/larics/wire/messages.py", '("margin", "B"', '("margin", "H"', ("test_golden_wire",)),
+    (
+        "shared/larics/locate/localizer.py",
+        "if passed_us > self.coast_us:\n                self._lose()",
+        "if False:\n                self._lose()",
+        LOCATE,
+    ),
+)
+NO_LIMITS = {
+    "_SAMPLES", "_CODE_OPENING", "_CODE_RADII", "_CELL_UNITS_Q8", "_BESIDE",  # geometry
+    "BIAS", "MAX_MARKERS", "SECTORS", "SKIP_OUTER", "SKIP_INNER", "POSITIONS", "_RULES", "_IN_DOUBT",
+    "_DISTANCES", "_HYPOTHESES", "_ITEMS", "_CAPACITY", "X_Q8", "Y_Q8", "RADIUS_MIN_Q8", "RADIUS_MAX_Q8",
+    "VERDICT", "SCORE", "X_Q10", "Y_Q10", "RADIUS_Q8", "E1", "E2", "SAME", "ON_ROUTE", "AMBIGUOUS", "MISSED",
+    "UNEXPECTED", "MISREAD", "MOVED", "_NONE", "_MOST",
+}  # fmt: skip
+CONSTANT = re.compile(r"^(_?[A-Z][A-Z0-9_]*) = const\((-?\d+)\)", re.MULTILINE)
+SCALE = re.compile(r"_rule\(.*, (\d+)\)")
+RUN = """
+import importlib, sys
+for name in sys.argv[1:]:
+    module = importlib.import_module(name)
+    for test in dir(module):
+        if test.startswith("test_"):
+            getattr(module, test)()
+"""
+
+
+def changes_of(text, layouts):
+    """(what, first character, last, replacement) of every limit in a module, doubled and halved."""
+    places = [(match[1], match.span(2)) for match in CONSTANT.finditer(text)]
+    places = [place for place in places if place[0] not in NO_LIMITS and place[0].lstrip("_") not in layouts]
+    for match in SCALE.finditer(text):
+        places.append(("scale in line %d" % (text.count("\n", 0, match.start()) + 1), match.span(1)))
+    for what, (first, last) in places:
+        value = int(text[first:last])
+        for other in sorted({value * 2 or 1, value // 2 if value >= 0 else -(-value // 2)} - {value}):
+            yield "%s: %d instead of %d" % (what, other, value), first, last, str(other)
+
+
+def mutants(words):
+    """(module, what, text, tests) of every change asked for."""
+    layouts = layouts_of(ROOT)
+    for module, tests in TARGETS.items():
+        text = (ROOT / module).read_text()
+        for what, first, last, replacement in changes_of(text, layouts):
+            yield module, what, text[:first] + replacement + text[last:], tests
+    for module, part, replacement, tests in OTHERS:
+        text = (ROOT / module).read_text()
+        if text.count(part) != 1:
+            sys.exit("mutate_limits: %s does not hold %r once: adapt OTHERS" % (module, part))
+        yield module, "%r instead of %r" % (replacement, part), text.replace(part, replacement), tests
+
+
+def passes(copy, tests):
+    """Whether the tests pass on a copy of the tree."""
+    found = [name for name in tests if (copy / "tests" / "dual" / (name + ".py")).is_file()]
+    environment = dict(
+        os.environ,
+        LARICS_KERNELS="plain",
+        PYTHONDONTWRITEBYTECODE="1",
+        PYTHONPATH=os.pathsep.join(str(copy / part) for part in ("shared", "firmware", "tests/dual")),
+    )
+    command = [sys.executable, "-c", RUN, *found]
+    try:
+        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=300)
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode == 0
+
+
+def main(words):
+    chosen = [one for one in mutants(words) if not words or any(word in one[0] for word in words)]
+    if not chosen:
+        print("mutate_limits: no module's path holds %s" % " or ".join(words), file=sys.stderr)
+        return 2
+    survivors = []
+    with tempfile.TemporaryDirectory() as folder:
+        copy = pathlib.Path(folder)
+        for part in ("shared", "firmware", "tests/dual"):
+            shutil.copytree(ROOT / part, copy / part, ignore=shutil.ignore_patterns("__pycache__"))
+        for tests in sorted({one[3] for one in chosen}):
+            if not passes(copy, tests):
+                print("mutate_limits: %s fail on the tree as it is" % " ".join(tests), file=sys.stderr)
+                return 2
+        for number, (module, what, text, tests) in enumerate(chosen):
+            before = (copy / module).read_text()
+            (copy / module).write_text(text)
+            if passes(copy, tests):
+                survivors.append("%s %s" % (module, what))
+                print("survives: %s" % survivors[-1], flush=True)
+            (copy / module).write_text(before)
+            if (number + 1) % 25 == 0:
+                print("%d of %d, %d survive" % (number + 1, len(chosen), len(survivors)), flush=True)
+    print("%d changes, %d survive" % (len(chosen), len(survivors)))
+    return 1 if survivors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
