@@ -154,6 +154,25 @@ def test_edges_that_must_agree_on_a_radius():
         assert stand_in.rounds == 2
 
 
+class HarmonicsCall:
+    """Stands for the kernels of the harmonics: notes how they are called."""
+
+    def ring_harmonics(self, *arguments):
+        self.rounds, self.floor = arguments[7], arguments[8]
+        return False
+
+
+def test_a_sector_within_a_tenth_of_a_pixel_is_never_an_outlier():
+    rings = RingFit(136, 128, 683, 119, 8000)
+    rings.start(68 << 10, 64 << 10, 6000)
+    ring_fit.harmonics = stand_in = HarmonicsCall()
+    try:
+        assert not rings.refine(fixed.frame_view(bytearray(136 * 128)), 6, 3, 192)
+    finally:
+        ring_fit.harmonics = harmonics
+    assert (stand_in.rounds, stand_in.floor) == (3, 96)
+
+
 class Code:
     def __init__(self, angle_turn16, sum_of_means):
         self.angle_turn16 = angle_turn16

@@ -39,9 +39,12 @@ def polar_samples(random):
 
 def circle_samples(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for cx, cy, first, pitch in ((36 * 256, 30 * 256, 256, 80), (27 * 256 + 77, 31 * 256 + 201, 0, 90)):
-            samples = words(32 * 70, random)
-            yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, scan(first, pitch, 70), samples
+        for cx, cy, least, last in (
+            (36 * 256, 30 * 256, 2000, 4800),
+            (27 * 256 + 77, 31 * 256 + 201, 300, 400),
+        ):
+            samples = words(32 * 256, random)
+            yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, scan(0, 0, 0, least, last), samples
 
 
 def mean_samples(random):

@@ -25,12 +25,8 @@ _CIRCLE_WIDTH = const(7)
 _CIRCLE_HEIGHT = const(8)
 _CIRCLE_ITEMS = const(9)
 _FAN_ITEMS = const(5)
-_SCAN_FIRST = const(0)
-_SCAN_PITCH = const(1)
-_SCAN_COUNT = const(2)
 _SCAN_LEAST = const(3)
 _SCAN_LAST = const(4)
-_SCAN_REFERENCE = const(5)
 _SCAN_ITEMS = const(6)
 
 _DIRECTIONS = const(64)
@@ -128,13 +124,8 @@ class BlurredRings:
         self.radius_q8 = (low_q8 + high_q8) >> 1
         blur.prepare(_COARSE_SIGMA_SMALL if radius_min_q8 < _SMALL_Q8 else _COARSE_SIGMA, 0, 0, 1)
         scan = self._scan
-        scan[_SCAN_PITCH] = pitch = max(24, low_q8 // 20)
-        first = low_q8 * 13 // 24 // pitch
-        scan[_SCAN_FIRST] = first * pitch
-        scan[_SCAN_COUNT] = high_q8 * 29 // 24 // pitch - first + 2
         scan[_SCAN_LEAST] = low_q8
         scan[_SCAN_LAST] = high_q8
-        scan[_SCAN_REFERENCE] = self.radius_q8
         kernels.circle_samples(frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, scan, self.samples)
         score = kernels.sector_radii(
             self._means, 0, 0, self.samples, scan, blur.templates, blur.sums, _COARSE_MATCH, self._outer

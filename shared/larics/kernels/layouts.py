@@ -186,7 +186,7 @@ ZONE_COUNT = const(1)
 ZONE_SLOT = const(2)  # the zone's first item in what is made of it
 ZONE_ITEMS = const(3)
 
-# SCAN, radii that are tried on a coarse look at a candidate, 1/256 px
+# SCAN, a coarse look at a candidate (polar.circle_samples), 1/256 px
 SCAN_FIRST = const(0)  # distances from the centre: first,
 SCAN_PITCH = const(1)  # step,
 SCAN_COUNT = const(2)  # number

@@ -110,11 +110,20 @@ def circle_samples(
 ) -> int:  # fmt: skip
     """samples[k * count + i] = grey of the pixel at the distance first + i * pitch in direction k + 1/2.
 
-    scan: SCAN; cx, cy: 1/256 px; directions: a power of two, at most 128; cosines: tables.COSINE_Q14_BIASED.
-    All must lie inside the frame. Returns 0."""
-    first = int(scan[_SCAN_FIRST])
-    pitch = int(scan[_SCAN_PITCH])
-    count = int(scan[_SCAN_COUNT])
+    scan: SCAN, of which the radii to try are given and the rest is set; cx, cy: 1/256 px; directions: a power
+    of two, at most 128; cosines: tables.COSINE_Q14_BIASED. All must lie inside the frame. Returns 0."""
+    least = int(scan[_SCAN_LEAST])
+    last = int(scan[_SCAN_LAST])
+    pitch = least // 20
+    if pitch < 24:
+        pitch = 24
+    before = least * 13 // 24 // pitch
+    first = before * pitch
+    count = last * 29 // 24 // pitch - before + 2
+    scan[_SCAN_FIRST] = first
+    scan[_SCAN_PITCH] = pitch
+    scan[_SCAN_COUNT] = count
+    scan[_SCAN_REFERENCE] = (least + last) >> 1
     step = 256 // directions
     entry = step >> 1
     slot = 0
