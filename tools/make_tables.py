@@ -98,6 +98,7 @@ def source():
     waves = (math.cos, math.sin)
     harmonics = [128 + round(127 * f(n * angle)) for angle in sector for n in (1, 2) for f in waves]
     cells = [math.radians(angle) for angle in (18.5, 27.5, 36.5, 53.5, 62.5, 71.5)]
+    wave = [128 + round(127 * math.cos(math.pi * k / 16)) for k in range(32)]
     tables = [
         literal("QUARTER_SINE_Q14", "sin(pi/2 * k/256) * 2**14, k = 0..256", pack16(quarter)),
         literal(
@@ -133,6 +134,7 @@ def source():
             "dark cells of the words of the IDs 1, 2, 4, ... 2048: low 16 bits, high 8",
             pack16([half for bit in range(12) for half in halves(golay.cells(1 << bit))]),
         ),
+        literal("WAVES", "128 + 127 * cos(pi k / 16), k = 0..31; uint8", bytes(wave)),
         literal("BIT_COUNT", "ones in 0..255; uint8", bytes(bin(k).count("1") for k in range(256))),
         literal("ROOT_Q14", "sqrt(1 - (k/128)**2) * 2**14, k = 0..127", pack16(root)),
         literal(

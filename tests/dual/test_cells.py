@@ -71,7 +71,7 @@ def hide(frame, u_q4, v_q4, half_px):
 
 def test_a_line_that_contradicts_the_cells_takes_the_id():
     # ID 1261 has the lines of 5, at both sides; without the right one they are those of 4
-    frame = hide(drawn(1261, 9000), 0, -RADIUS_Q4 * 52 // 150, 4)
+    frame = hide(drawn(1261, 9000), 0, -RADIUS_Q4 * 52 // 150, 5)
     assert [one.marker_id for one in detector(family=LARICS3).detect(frame)] == [4]
     for one in detector().detect(frame):
         assert one.marker_id == -1 and one.flags & FLAG_ID_UNCERTAIN

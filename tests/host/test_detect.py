@@ -56,7 +56,9 @@ def test_json_of_a_folder(folder, capsys):
     assert none["detections"] == []
     for one, marker_id, x, y, heading in ((first, 5, 60, 55, 30), (last, 3, 64, 52, 200)):
         (found,) = one["detections"]
-        assert list(found) == ["id", "x", "y", "heading", "radius", "margin", "flags"]
+        assert list(found) == [
+            *("id", "x", "y", "heading", "radius", "margin", "flags", "sigma", "heading_sigma")
+        ]
         assert found["id"] == marker_id
         assert abs(found["x"] - x) < 0.8 and abs(found["y"] - y) < 0.8
         assert turn_between(found["heading"], heading) < 3
@@ -161,7 +163,10 @@ def test_units_of_the_json():
     one.marker_id, one.x_q8, one.y_q8, one.heading_cdeg = 2, 25600 + 1, 128, 35999
     one.radius_q8, one.margin, one.flags = 7680, 77, FLAG_BORDER
     expected = {"id": 2, "x": 100.0039, "y": 0.5, "heading": 359.99, "radius": 30.0, "margin": 77}
-    assert detectors.as_dict(one) == dict(expected, flags=["border"])
+    unknown = {"sigma": None, "heading_sigma": None}
+    assert detectors.as_dict(one) == dict(expected, flags=["border"], **unknown)
+    one.sigma_q8, one.sigma_cdeg = 3, 12
+    assert detectors.as_dict(one)["sigma"] == 0.0117 and detectors.as_dict(one)["heading_sigma"] == 0.12
     one.marker_id, one.flags = NO_ID, FLAG_ID_UNCERTAIN
     assert detectors.as_dict(one)["id"] is None and detectors.as_dict(one)["flags"] == ["id_uncertain"]
 

@@ -9,11 +9,11 @@ from larics.kernels.layouts import BIAS, RING_DEVIATION, RING_INSIDE, RING_MEAN_
 def weakest_rule(random):
     for low in (-1, 0, 1, 3000):
         for count in (0, 1, 6):
-            rules = zeros32(12)
+            written = zeros32(12)
             for i in range(6):
-                rules[2 * i] = BIAS + low + random.below(8000000 if low == 3000 else 100)
-                rules[2 * i + 1] = 1 + random.below(200)
-            yield rules, 255, count
+                written[2 * i] = BIAS + low + random.below(8000000 if low == 3000 else 100)
+                written[2 * i + 1] = 1 + random.below(200)
+            yield written, 255, count
 
 
 def _harmonics(random, inside):
@@ -25,7 +25,7 @@ def _harmonics(random, inside):
     return ring
 
 
-def _poses(random):
+def poses(random):
     for radius in (1536, 7680, 20480):
         for inside in (0, 9, 16):
             pose = fit(
@@ -36,13 +36,13 @@ def _poses(random):
 
 
 def rings_plausible(random):
-    for pose, outer, inner in _poses(random):
+    for pose, outer, inner in poses(random):
         yield pose, outer, inner, 480
 
 
 def rings_rules(random):
-    for pose, outer, inner in _poses(random):
-        yield zeros32(12), pose, outer, inner, 2, 6
+    for pose, outer, inner in poses(random):
+        yield zeros32(12), pose, outer, inner, 2, 6, 94, 30
 
 
 def line_rules(random):
@@ -51,19 +51,9 @@ def line_rules(random):
         yield zeros32(14), ints(10, random, 0, 8000000), 256, radius, 1024
 
 
-def code_rules(random):
-    for pose, _, _ in _poses(random):
-        for area in (100, 300, 8000000):
-            code = zeros32(40)
-            for i in range(40):
-                code[i] = BIAS + random.between(-area, area) if i % 5 in (2, 3) else random.below(area)
-            yield zeros32(12), code, pose, ints(32, random, 0, 60000), random.below(65536)
-
-
 CASES = {
     "weakest_rule": weakest_rule,
     "rings_plausible": rings_plausible,
     "rings_rules": rings_rules,
     "line_rules": line_rules,
-    "code_rules": code_rules,
 }

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from larics.marker import RADIUS_MAX_PX, RADIUS_MIN_PX
-from larics.marker.detection import NO_ID, flag_names
+from larics.marker.detection import NO_ID, NO_SIGMA, flag_names
 from larics.marker.verdicts import MARGIN_MIN
 from larics.settings import field
 from larics.settings.fields import DETECTOR, FIELDS
@@ -88,7 +88,9 @@ def make_detector(
 
 
 def as_dict(detection: Detection) -> dict[str, Any]:
-    """A Detection with x, y and radius in px, heading in degrees, and names for the flags."""
+    """A Detection with x, y and radius in px, heading in degrees, and names for the flags.
+
+    sigma and heading_sigma: standard deviations of x and of y, and of the heading; None where not known."""
     return {
         "id": None if detection.marker_id == NO_ID else detection.marker_id,
         "x": round(detection.x_q8 / 256, 4),
@@ -97,4 +99,6 @@ def as_dict(detection: Detection) -> dict[str, Any]:
         "radius": round(detection.radius_q8 / 256, 4),
         "margin": detection.margin,
         "flags": flag_names(detection.flags),
+        "sigma": None if detection.sigma_q8 == NO_SIGMA else round(detection.sigma_q8 / 256, 4),
+        "heading_sigma": None if detection.sigma_cdeg == NO_SIGMA else detection.sigma_cdeg / 100,
     }

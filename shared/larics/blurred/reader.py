@@ -23,6 +23,7 @@ from larics.blurred.candidates import Candidates
 from larics.blurred.line_fit import BlurredLines
 from larics.blurred.ring_fit import BlurredRings
 from larics.marker import verdicts
+from larics.marker.detection import NO_SIGMA
 
 _ALONG = const(408)  # as in kernels.layouts
 
@@ -190,6 +191,16 @@ class BlurModelReader:
     def _sharp(self):
         blur = self.blur
         return blur.still and blur.sigma <= _SHARP_SIGMA and self.rings.radius_q8 > _SHARP_RADIUS_Q8
+
+    def tell(self, found):
+        """Puts what was read of the accepted candidate into a Detection, all but its flags."""
+        found.marker_id = self.acceptance.marker_id
+        found.x_q8 = self.x_q8
+        found.y_q8 = self.y_q8
+        found.radius_q8 = self.rings.radius_q8
+        found.heading_cdeg = self.heading_cdeg
+        found.margin = self.acceptance.margin
+        found.sigma_q8 = found.sigma_cdeg = NO_SIGMA
 
     def _tell(self):
         """Puts down the pose that is reported of an accepted marker."""

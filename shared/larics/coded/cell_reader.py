@@ -60,6 +60,7 @@ _COST_MOST_TURNED = const(80)  # that much,
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
 _COST_SHARE = const(2)  # and at least 2/4 of what the first contradicts
 _NEVER = const(1 << 20)
+_ROW_MOST = const(5)  # cells that one stroke crosses
 _LINE_DARK = const(64)  # weights of a coding line: one that is seen,
 _LINE_WHITE = const(32)  # and one that is not, which may be hidden
 
@@ -114,6 +115,11 @@ class CellReader:
         told = result[_WORD_ID]
         cost = result[_WORD_COST]
         gap = result[_WORD_SECOND] - cost
+        if cost and not told and lines_id:
+            # one stroke across a plain plate, such as its own edge, contradicts it but once
+            spared = self._spared()
+            cost -= spared
+            gap += spared
         if told and lines_id and told & 7 != lines_id:
             return UNKNOWN
         least = _GAP_LEAST if lines_id or not told else _GAP_LEAST_ALONE
@@ -177,6 +183,26 @@ class CellReader:
         kernels.likeliest_words(
             self._scratch, 0, 0, self._weights, CELL_ROWS, self._lines, self._allowed, self._result
         )
+
+    def _spared(self):
+        """Half of what dark cells cost beyond the first, when they lie in one short row."""
+        weights = self._weights
+        dark = total = 0
+        first = last = -1
+        # from behind the longest white stretch: a row may reach over the end
+        start = 0
+        while start < 24 and weights[(start + 23) % 24] > _BIAS:
+            start += 1
+        for step in range(24):
+            weight = weights[(start + step) % 24] - _BIAS
+            if weight > 0:
+                first = step if first < 0 else first
+                last = step
+                dark += 1
+                total += weight
+        if dark < 2 or last - first >= _ROW_MOST:
+            return 0
+        return max(0, total - _LINE_DARK) >> 1
 
     def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth):
         """Measures the cells of a marker; False when its shape is none that a pose can have.

@@ -13,7 +13,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import cdeg_from_turn16, frame_view
+from larics.arith.fixed import frame_view
 from larics.detect.centre_votes import CellGrid, CentreVotes, VoteBuffers
 from larics.detect.confirmation import Confirmation
 from larics.detect.edges import EdgeFinder
@@ -25,6 +25,7 @@ from larics.marker.detection import FLAG_BLUR_MODEL, FLAG_BORDER, FLAG_ID_UNCERT
 from larics.marker.id_set import id_set
 
 MARKERS = const(8)  # reported in one frame at most
+_FAINT_MARGIN = const(96)  # of a faint marker that the direct reader reads and the other one does not
 
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
@@ -131,6 +132,7 @@ class Detector:
         self._found = [detections[:count] for count in range(MARKERS + 1)]
         self._all = detections
         self._turned = bytearray(MARKERS)  # whether the code alone told the orientation of each
+        self._kept = Detection()
         self._count = 0
         self._seen = False
         self._x_q8 = self._y_q8 = self._radius_q8 = self._motion_x_q8 = self._motion_y_q8 = 0
@@ -181,6 +183,7 @@ class Detector:
                 % (self.width, self.height, self.width * self.height, len(frame))
             )
         self._count = 0
+        self._kept.margin = 0
         self.statistics.clear()
         self.direct.rings.crossings = 0
         if self.blur_reader is not None:
@@ -294,6 +297,8 @@ class Detector:
         direct = self.direct
         verdict = direct.examine(frame, scale, edges, x_q8, y_q8, radius_q8)
         if verdict <= verdicts.ID_UNCERTAIN and self.blur_reader is not None and not direct.decides():
+            if verdict == verdicts.ACCEPTED and not direct.tiny():
+                self._keep(flags)
             verdict = verdicts.POOR_RINGS
         statistics.verdicts[verdict] += 1
         is_turned = verdict == verdicts.ACCEPTED and direct.is_turned
@@ -308,6 +313,20 @@ class Detector:
         self._report(verdict, flags)
         return True
 
+    def _keep(self, flags):
+        """Keeps the surest marker that is too faint for the direct reader to decide alone."""
+        acceptance = self.direct.acceptance
+        if acceptance.lines_margin >= _FAINT_MARGIN and acceptance.margin > self._kept.margin:
+            self.direct.tell(self._kept)
+            self._kept.flags = flags | self._border(self._kept)
+
+    def _report_kept(self):
+        """Reports the faint marker kept, where the blur-model reader has not accepted one."""
+        kept = self._kept
+        if kept.margin and self._count < MARKERS and not self._taken(kept.x_q8, kept.y_q8):
+            self._all[self._count].take(kept)
+            self._count += 1
+
     def _ask_again(self, frame):
         """Asks the blur-model reader when no marker has been read, or none with its orientation line."""
         reader = self.blur_reader
@@ -319,8 +338,11 @@ class Detector:
         self._search_blurred(frame)
         verdict = reader.examine(frame)
         self.statistics.blur_verdict = verdict
-        if verdict != verdicts.ACCEPTED:
-            return
+        if verdict == verdicts.ACCEPTED:
+            self._report_blurred(reader)
+        self._report_kept()
+
+    def _report_blurred(self, reader):
         # in the place of a marker whose ID was uncertain, or of its own
         index = 0
         while index < self._count and not self._all[index].covers(reader.x_q8, reader.y_q8):
@@ -330,12 +352,7 @@ class Detector:
                 return
             self._count += 1
         found = self._all[index]
-        found.marker_id = reader.acceptance.marker_id
-        found.x_q8 = reader.x_q8
-        found.y_q8 = reader.y_q8
-        found.radius_q8 = reader.rings.radius_q8
-        found.heading_cdeg = reader.heading_cdeg
-        found.margin = reader.acceptance.margin
+        reader.tell(found)
         found.flags = FLAG_BLUR_MODEL | self._border(found)
 
     def _taken(self, x_q8, y_q8):
@@ -346,16 +363,9 @@ class Detector:
         return False
 
     def _report(self, verdict, flags):
-        direct = self.direct
-        rings = direct.rings
         found = self._all[self._count]
         self._count += 1
-        found.marker_id = direct.acceptance.marker_id
-        found.x_q8 = (rings.true_x_q10 + 2) >> 2
-        found.y_q8 = (rings.true_y_q10 + 2) >> 2
-        found.radius_q8 = rings.radius_q8
-        found.heading_cdeg = cdeg_from_turn16(-direct.lines.angle_turn16)
-        found.margin = direct.acceptance.margin
+        self.direct.tell(found)
         if verdict == verdicts.ID_UNCERTAIN:
             flags |= FLAG_ID_UNCERTAIN
         found.flags = flags | self._border(found)

@@ -13,6 +13,7 @@ except ImportError:
     from larics._cpython import const
 
 from larics.coded.cell_reader import PLAIN
+from larics.kernels import code_rules as code_kernels
 from larics.kernels import rules as kernels
 from larics.marker.detection import NO_ID
 from larics.marker.id_set import holds
@@ -28,6 +29,15 @@ from larics.marker.verdicts import (
 
 _RULES = const(7)  # of one step, at most
 _POSE_MARGIN = const(112)  # a pose without an ID needs at least that margin
+_COVERED_LEAST = const(94)  # of 128: sectors of both rings that agree; half hidden rings are look-alikes
+_COVERED_DOUBT = const(30)
+_COVERED_UNEVEN = const(64)  # where the others are only fainter
+_COVERED_UNEVEN_DOUBT = const(120)
+_UNEVEN_USED = const(29)  # of both rings' 32 sectors, that agree when faint ones count
+_UNEVEN_DEVIATION = const(160)  # of both rings together, 1/1024 px, and 1/64 of the radius's 1/256 px
+_RING_DEVIATION = const(5)
+_RING_USED = const(6)
+_LIGHT_ITEMS = const(5)  # items as in kernels.layouts
 _IN_DOUBT = const(8)  # instead of an ID
 
 
@@ -35,7 +45,7 @@ class Acceptance:
     """Accepts or rejects one candidate at a time.
 
     allowed             marker.id_set of those that may be told; margin_min: smallest margin that is believed
-    marker_id, margin   of the last one
+    marker_id, margin   of the last one; lines_margin: as far as rings and lines tell, without cells
     """
 
     def __init__(self, allowed, margin_min):
@@ -43,8 +53,9 @@ class Acceptance:
         self._pose_margin = max(_POSE_MARGIN, margin_min)
         self._allowed = allowed
         self.marker_id = NO_ID
-        self.margin = 255
+        self.margin = self.lines_margin = 255
         self._rules = array("i", bytes(8 * _RULES))
+        self._light = array("i", bytes(4 * _LIGHT_ITEMS))
 
     def _hold(self, count):
         """Whether the first `count` rules hold far enough; the margin becomes that of the weakest."""
@@ -56,17 +67,30 @@ class Acceptance:
         most."""
         return kernels.rings_plausible(rings.fit, rings.outer, rings.inner, deviation_q10)
 
-    def rings(self, rings, radius_min_q8, radius_max_q8):
-        """The verdict on the fitted rings alone; begins a new candidate."""
+    def rings(self, rings, radius_min_q8, radius_max_q8, uneven=False):
+        """The verdict on the fitted rings alone; begins a new candidate.
+
+        uneven: they may be faint on one side, see `uneven`; then only a marker with an ID is accepted."""
         self.margin = 255
         self.marker_id = NO_ID
         radius_q8 = rings.radius_q8
         if radius_q8 * 8 < radius_min_q8 * 7 or radius_q8 * 8 > radius_max_q8 * 9:
             return OUT_OF_RANGE
         count = kernels.rings_rules(
-            self._rules, rings.fit, rings.outer, rings.inner, rings.skipped_outer, rings.skipped_inner
-        )
+            self._rules, rings.fit, rings.outer, rings.inner, rings.skipped_outer, rings.skipped_inner,
+            _COVERED_UNEVEN if uneven else _COVERED_LEAST,
+            _COVERED_UNEVEN_DOUBT if uneven else _COVERED_DOUBT,
+        )  # fmt: skip
         return ACCEPTED if count and self._hold(count) else POOR_RINGS
+
+    def uneven(self, rings):
+        """Whether a pass that takes faint sectors, too, shows both rings all around: blurred on one side."""
+        outer = rings.outer
+        inner = rings.inner
+        return (
+            outer[_RING_USED] + inner[_RING_USED] >= _UNEVEN_USED
+            and outer[_RING_DEVIATION] + inner[_RING_DEVIATION] < (rings.radius_q8 >> 6) + _UNEVEN_DEVIATION
+        )
 
     def orientation(self, lines, rings):
         """The verdict on the orientation line."""
@@ -82,10 +106,12 @@ class Acceptance:
         marker_id = _IN_DOUBT
         is_clean = True
         if lines.code_inside:
-            marker_id = kernels.code_rules(
-                self._rules, lines.code, rings.fit, rings.inner_means, lines.angle_turn16
+            code_kernels.code_light(self._light, lines.code)
+            marker_id = code_kernels.code_rules(
+                self._rules, lines.code, self._light, rings.fit, rings.inner_means, lines.angle_turn16
             )
             is_clean = self._hold(4)
+            self.lines_margin = self.margin
         if cells is not None:
             told = cells.decide(marker_id if is_clean and marker_id != _IN_DOUBT else 0, is_turned)
             if told > PLAIN and holds(self._allowed, told):

@@ -202,7 +202,7 @@ class LineReader:
 
     def refine(self, frame, rings):
         """Measures the orientation line once more, from its last angle and the present centre."""
-        self._measure(frame, rings, self.angle_turn16, 1)
+        self._measure(frame, rings, self.angle_turn16, 2)
         self.end_q8 = kernels.line_end(
             0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self._shape, self.angle_turn16
         )

@@ -10,11 +10,15 @@ try:
 except ImportError:
     from larics._cpython import const
 
+from larics.arith.fixed import cdeg_from_turn16
 from larics.coded.cell_reader import CellReader
+from larics.direct import uncertainty
 from larics.direct.acceptance import Acceptance
 from larics.direct.line_reader import LineReader
 from larics.direct.ring_fit import RingFit
+from larics.direct.robust_centre import RobustCentre
 from larics.marker import verdicts
+from larics.marker.detection import NO_SIGMA
 
 TINY_Q8 = const(2304)  # rings below this are too small for sharp rules,
 _FAINT_Q8 = const(56)  # rings less dark than this too faint, log units: noise may look like a line
@@ -34,9 +38,9 @@ _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 class DirectReader:
     """Judges one candidate at a time.
 
-    rings, lines, cells, acceptance   what was measured of the last one, and the decision on it
-                                      (cells: None for the plain family)
-    is_turned                         the code, not the orientation line, told how the last one is turned
+    rings, robust, lines, cells, acceptance   what was measured of the last one, and the decision on it
+                                              (cells: None for the plain family)
+    is_turned   the code, not the orientation line, told how the last one is turned
     """
 
     def __init__(self, width, height, family, line_mm10, radius_max_q8, allowed, margin_min, mirrored):
@@ -45,9 +49,10 @@ class DirectReader:
             width, height, (family.inner_mm10 * 1024 + outer // 2) // outer, line_mm10 * 1024 // outer,
             radius_max_q8,
         )  # fmt: skip
+        # where the edges' distances lie, nothing lies any more once the coarse radius is known
+        self.robust = RobustCentre(self.rings.distances)
         self.lines = LineReader(family, line_mm10)
         self.acceptance = Acceptance(allowed, margin_min)
-        # where the edges' distances lie, nothing lies any more when the cells are read
         self.is_turned = False
         self._seen = array("i", bytes(16))
         self.cells = None
@@ -56,14 +61,35 @@ class DirectReader:
 
     def memory(self):
         """Bytes of the buffers."""
-        return self.rings.memory() + self.lines.memory() + (self.cells.memory() if self.cells else 0)
+        cells = self.cells.memory() if self.cells else 0
+        return self.rings.memory() + self.lines.memory() + cells
 
     def decides(self):
         """Whether the last candidate has pixels and contrast enough for these rules to decide alone."""
         rings = self.rings
-        if rings.radius_q8 < TINY_Q8:
+        if self.tiny():
             return False
         return (rings.area << 8) >= (rings.radius_q8 * rings.line_q10 >> 10) * _FAINT_Q8
+
+    def tiny(self):
+        """Whether its rings have too few pixels for these rules."""
+        return self.rings.radius_q8 < TINY_Q8
+
+    def tell(self, found):
+        """Puts what was read of an accepted candidate into a Detection, all but its flags."""
+        rings = self.rings
+        lines = self.lines
+        found.marker_id = self.acceptance.marker_id
+        found.x_q8 = (rings.true_x_q10 + 2) >> 2
+        found.y_q8 = (rings.true_y_q10 + 2) >> 2
+        found.radius_q8 = rings.radius_q8
+        found.heading_cdeg = cdeg_from_turn16(-lines.angle_turn16)
+        found.margin = self.acceptance.margin
+        variance = uncertainty.centre_variance(self.robust, rings, None if self.is_turned else lines)
+        found.sigma_q8 = uncertainty.sigma_q8(variance)
+        found.sigma_cdeg = NO_SIGMA  # of what the code alone tells
+        if not self.is_turned:
+            found.sigma_cdeg = uncertainty.sigma_cdeg(variance, lines, rings.radius_q8)
 
     def examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
         """Fits and reads one candidate and returns the verdict.
@@ -104,8 +130,13 @@ class DirectReader:
             if not rings.refine(frame, 16, 4, 96) or rings.moved_q10 > _SETTLED_Q10:
                 return verdicts.NO_FIT
         verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
+        uneven = verdict == verdicts.POOR_RINGS
+        if uneven:
+            verdict = self._uneven(frame, scale)
         if verdict != verdicts.ACCEPTED:
             return verdict
+        if self.robust.fit(rings):
+            rings.take_centre(self.robust)
         if not self.is_turned:
             lines.refine(frame, rings)
             margin = acceptance.margin
@@ -121,7 +152,10 @@ class DirectReader:
         cells = self.cells
         if cells is not None and not cells.measure_direct(frame, rings, lines):
             return verdicts.POOR_RINGS
-        return acceptance.code(lines, rings, cells, self.is_turned)
+        verdict = acceptance.code(lines, rings, cells, self.is_turned)
+        if uneven and verdict == verdicts.ID_UNCERTAIN:
+            return verdicts.POOR_RINGS
+        return verdict
 
     def _turn_by_code(self, frame):
         """Finds the orientation by the code, where the line is hidden or has rivals; False in doubt."""
@@ -154,3 +188,16 @@ class DirectReader:
             return False
         lines.angle_turn16 = lines.angle_turn16 - turn * 16384 & 65535
         return True
+
+    def _uneven(self, frame, scale):
+        """The verdict on rings too much of which does not count: a dirty lens may blur one side of them."""
+        rings = self.rings
+        acceptance = self.acceptance
+        verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8, True)
+        if verdict != verdicts.ACCEPTED:
+            return verdict
+        if not rings.refine_faint(frame, 8, 4, 128) or not acceptance.uneven(rings):
+            return verdicts.POOR_RINGS
+        if not rings.refine(frame, 16, 4, 96):
+            return verdicts.NO_FIT
+        return acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8, True)

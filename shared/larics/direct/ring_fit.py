@@ -186,3 +186,18 @@ class RingFit:
         self.moved_q10 = fit[_FIT_MOVED_Q10]
         self.area = fit[_FIT_AREA]
         return holds
+
+    def refine_faint(self, frame, lines, rounds, limit_q8):
+        """A pass as `refine`, in which crossings count however faint they are."""
+        self.fit[_FIT_AREA] = 0
+        return self.refine(frame, lines, rounds, limit_q8)
+
+    def take_centre(self, robust):
+        """Takes the centres of a `RobustCentre` for this pose."""
+        fit = self.fit
+        self.true_x_q10 = robust.x_q10
+        self.true_y_q10 = robust.y_q10
+        fit[_FIT_TRUE_X_Q10] = robust.x_q10 + _BIAS
+        fit[_FIT_TRUE_Y_Q10] = robust.y_q10 + _BIAS
+        fit[_FIT_X_Q10] = robust.middle_x_q10 + _BIAS
+        fit[_FIT_Y_Q10] = robust.middle_y_q10 + _BIAS

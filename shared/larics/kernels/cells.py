@@ -34,6 +34,7 @@ SCRATCH = const(172)  # items of scratch space that `likeliest_words` takes
 _LIGHT = const(_BIAS - 128)
 _BLEACHED = const(1024)  # log units: a grey of 240
 _LEAST_CELLS = const(12)
+_ALL_WHITE = const(20)  # cells that must have been looked at, for none of them to be dark to tell something
 _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
 _ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
 _TONE = const(100)  # log units: 19 of them are 5 percent
@@ -126,7 +127,8 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
     depths: as from `cell_depths`; scratch: 48 items. Levels are the fourth of both ends, since of a coded
     marker at least 8 cells are dark and 8 white; where the darkest are not dark, those of a plain marker.
     What covers a cell looks like white, but is seldom as bright as the white beside the cells that are dark:
-    the less alike, the less a cell tells. weights has 25 items, the last for the usual white, log units.
+    the less alike, the less a cell tells; but where none looks dark, an edge of light is likelier than
+    something that hides them all. weights has 25 items, the last for the usual white, log units.
     Returns how many cells were looked at, 0 when too few."""
     count = 0
     i = 0
@@ -209,6 +211,8 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
         if off < _TONE:
             if off < 0:
                 off = 0
+            if dark == 0 and count >= _ALL_WHITE and off < _TONE >> 1:
+                off = _TONE >> 1
             weights[i] = value * off // _TONE + _BIAS
         i += 1
     return count

@@ -194,3 +194,25 @@ SCAN_LEAST = const(3)  # outer radii to try
 SCAN_LAST = const(4)
 SCAN_REFERENCE = const(5)  # radius from which shifts are counted
 SCAN_ITEMS = const(6)
+
+# LIGHT, what the eight positions tell of light and noise (code_rules.code_light)
+LIGHT_LEVEL = const(0)  # mean brightness, log units;
+LIGHT_THIRD = const(1)  # of the third brightest
+LIGHT_GUARD = const(2)  # largest area of both halves where no line is,
+LIGHT_STRAY = const(3)  # largest that is stray, of either sign, below the mean of the sides,
+LIGHT_STRAY_HALF = const(4)  # and of one half
+LIGHT_ITEMS = const(5)
+
+# ROBUST, one fit of both rings' sectors at once (kernels.robust); sectors: 16 outer, 16 inner ones
+ROBUST_SHIFTS = const(0)  # 32: mean residual of each sector, 1/1024 px + 32768; 0 where there is none
+ROBUST_BASES = const(32)  # 32: weight by depth, 0..64
+ROBUST_WEIGHTS = const(64)  # 32: the same times that by distance from the fit
+ROBUST_LEFT = const(96)  # 32: what the fit leaves, 1/1024 px, + BIAS
+ROBUST_PARAMETERS = const(128)  # 8, 1/16384 px, + BIAS
+ROBUST_MATRIX = const(136)  # 8 x 8: lower triangle, 256 = a full sector, + BIAS; later its factors
+ROBUST_RIGHT = const(200)  # 8: right hand side, + BIAS; scratch space
+ROBUST_MOMENTS = const(208)  # 2 x 14: weighted sums over a ring, + BIAS
+ROBUST_SCALE = const(236)  # spread of what is left, 1/1024 px
+ROBUST_USED = const(237)  # sum of the weights, 64 = a full sector
+ROBUST_SQUARE = const(238)  # sum of the weighted squares of what is left, / 64
+ROBUST_ITEMS = const(239)

@@ -1,4 +1,4 @@
-"""Rules on what was measured of a candidate: each is a distance from a limit, the weakest makes the margin.
+"""Rules on rings and orientation line: each is a distance from a limit, the weakest makes the margin.
 
 A rule is a pair of items of `rules`: the distance from the limit, + BIAS, below BIAS when it is broken; and
 the distance that leaves no doubt (> 0), which counts as 255.
@@ -26,12 +26,6 @@ _CROSSING_DISTANCE = const(6)
 _CROSSING_AREA = const(7)
 _CROSSING_GAP = const(8)
 _CROSSING_SLOPE_MOST = const(9)
-_POSITION_NEAR = const(0)
-_POSITION_FAR = const(1)
-_POSITION_NEAR_MEAN = const(2)
-_POSITION_FAR_MEAN = const(3)
-_POSITION_LEVEL = const(4)
-_POSITION_ITEMS = const(5)
 
 # rings; a limit's own doubt, the distance from it that leaves none, follows it
 _INSIDE_LEAST_OUTER = const(20)  # half sectors of 32 with crossings, or that a line covers
@@ -39,8 +33,6 @@ _INSIDE_LEAST_INNER = const(24)
 _BULGE_PARTS = const(2)  # the second harmonic, 1/1024 px, is below the radius, 1/256 px, over this
 _USED_LEAST = const(36)  # of 64: of the sectors with crossings, those that agree
 _USED_DOUBT = const(20)
-_COVERED_LEAST = const(94)  # of 128: sectors of both rings that agree; half hidden rings are look-alikes
-_COVERED_DOUBT = const(30)
 _RATIO_FIRST = const(36)  # of the radii, off the family's, 1/1024; markers showed up to 21 at first
 _RATIO_MOST = const(16)  # later,
 _RATIO_SMALL = const(76800)  # and this over the radius: with few pixels, a ring and a line deviate more
@@ -61,19 +53,6 @@ _GAP_MOST = const(90)  # share of the line that is missing, 256 = all
 _GAP_DOUBT = const(80)
 _END_MOST = const(140)  # beyond the line's end, 256 = as dark as the line
 _END_DOUBT = const(80)
-# code, areas as above
-_GUARD_MOST = const(70)  # where no bit is
-_GUARD_DOUBT = const(50)
-_ONE_LEAST = const(125)
-_ONE_DOUBT = const(80)
-_ONE_MOST = const(560)  # a line is not twice as dark as the rings,
-_LIGHT_MOST = const(110)  # and its place no lighter than what surrounds it
-_ZERO_MOST = const(85)
-_ZERO_DOUBT = const(50)
-_SMALL_Q8 = const(4096)  # in rings smaller than this, the limits of a bit are farther apart
-_SMALL_DOUBT = const(25)
-_GLARE_MOST = const(90)  # log units: a position that much brighter than the mean may have lost its line
-_WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area
 
 
 @micropython.viper
@@ -116,11 +95,13 @@ def rings_plausible(fit: ptr32, outer: ptr32, inner: ptr32, deviation: int) -> i
 
 @micropython.viper
 def rings_rules(
-    rules: ptr32, fit: ptr32, outer: ptr32, inner: ptr32, skipped_outer: int, skipped_inner: int
+    rules: ptr32, fit: ptr32, outer: ptr32, inner: ptr32, skipped_outer: int, skipped_inner: int,
+    covered_least: int, covered_doubt: int,
 ) -> int:  # fmt: skip
     """Writes the six rules on the fitted rings; returns their number, 0 for rings that no rule need see.
 
-    fit: FIT, radius at least 6 px; outer, inner: RING; skipped_*: half sectors that a line covers."""
+    fit: FIT, radius at least 6 px; outer, inner: RING; skipped_*: half sectors that a line covers;
+    covered_*: limit and doubt of the sectors of both rings that agree, of 128."""
     inside_outer = int(outer[_RING_INSIDE])
     inside_inner = int(inner[_RING_INSIDE])
     if inside_outer * 2 + skipped_outer < _INSIDE_LEAST_OUTER:
@@ -140,8 +121,8 @@ def rings_rules(
     rules[1] = _USED_DOUBT
     rules[2] = used_inner - _USED_LEAST + _BIAS
     rules[3] = _USED_DOUBT
-    rules[4] = used_outer + used_inner - _COVERED_LEAST + _BIAS
-    rules[5] = _COVERED_DOUBT
+    rules[4] = used_outer + used_inner - covered_least + _BIAS
+    rules[5] = covered_doubt
     off = (int(fit[_FIT_INNER_Q8]) << 10) // radius - int(fit[_FIT_INNER_Q10])
     if off < 0:
         off = 0 - off
@@ -182,72 +163,3 @@ def line_rules(rules: ptr32, line: ptr32, second: int, radius: int, end: int) ->
     rules[12] = _END_MOST - end + _BIAS
     rules[13] = _END_DOUBT
     return 7
-
-
-@micropython.viper
-def code_rules(rules: ptr32, code: ptr32, fit: ptr32, inner_means: ptr32, angle: int) -> int:
-    """Writes four rules, on what must be empty and on the three bits, and returns the ID.
-
-    code: POSITION for each of eight; fit: FIT; inner_means: `ring_harmonics` of the inner ring; angle: of the
-    orientation line, 0..65535 of a turn. Returns 8 when a bit is in doubt; its rule is then kept by far."""
-    guard = 0
-    level = 0
-    position = 0
-    while position < 8:
-        slot = position * _POSITION_ITEMS
-        level += int(code[slot + _POSITION_LEVEL])
-        if position == 0 or position & 1:
-            area = int(code[slot + _POSITION_NEAR]) + int(code[slot + _POSITION_FAR])
-            if area > guard:
-                guard = area
-        position += 1
-    level = level >> 3
-    rules[0] = _GUARD_MOST - (guard >> 1) + _BIAS
-    rules[1] = _GUARD_DOUBT
-    one_least = _ONE_LEAST
-    zero_most = _ZERO_MOST
-    if int(fit[_FIT_RADIUS_Q8]) < _SMALL_Q8:
-        one_least += _SMALL_DOUBT
-        zero_most -= _SMALL_DOUBT
-    weak = (int(fit[_FIT_AREA]) * _WEAK_Q8) >> 8
-    marker_id = 0
-    doubt = 0
-    bit = 1
-    while bit < 4:
-        slot = bit * 2 * _POSITION_ITEMS
-        rule = bit + bit
-        depth = (int(code[slot + _POSITION_NEAR_MEAN]) + int(code[slot + _POSITION_FAR_MEAN])) >> 1
-        depth -= _BIAS
-        glare = int(code[slot + _POSITION_LEVEL]) - level
-        if glare < 0:
-            glare = 0
-        own_zero_most = zero_most - (glare >> 1)  # light that is added to a line makes it shallower
-        marker_id = marker_id + marker_id
-        rules[rule] = _BIAS + 65536
-        rules[rule + 1] = 1
-        if depth > _ONE_MOST or depth < 0 - _LIGHT_MOST:
-            rules[0] = _BIAS - 50
-        if depth >= one_least:
-            marker_id += 1
-            rules[rule] = depth - one_least + _BIAS
-            rules[rule + 1] = _ONE_DOUBT
-        elif depth > own_zero_most or glare > _GLARE_MOST:
-            doubt = 1
-        else:
-            # a line may be hidden by glare, shadow or dirt when the inner ring beside it is, too
-            hidden = 0
-            sector = (((angle - bit * 16384) >> 12) & 15) + 15
-            last = sector + 2
-            while sector <= last:
-                if int(inner_means[16 + (sector & 15)]) <= weak:
-                    hidden = 1
-                sector += 1
-            if hidden:
-                doubt = 1
-            else:
-                rules[rule] = own_zero_most - depth + _BIAS
-                rules[rule + 1] = _ZERO_DOUBT
-        bit += 1
-    if doubt:
-        return 8
-    return marker_id

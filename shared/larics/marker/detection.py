@@ -20,6 +20,7 @@ FLAG_NAMES = (
 )
 
 NO_ID = const(-1)
+NO_SIGMA = const(-1)
 
 
 class Detection:
@@ -30,12 +31,24 @@ class Detection:
     heading_cdeg  image angle of the orientation line, counterclockwise as seen, 0..35999
     radius_q8     outer ring, centre of its line, 1/256 px
     margin        0..255, how far the weakest decision is from its limit
+    sigma_q8      standard deviation of x and of y, 1/256 px, at least 1; NO_SIGMA when it is not known
+    sigma_cdeg    of the heading, 0.01 degrees, likewise
     flags         sum of FLAG_*
 
     A detector owns its detections and reuses them: copy what must outlive the next frame.
     """
 
-    __slots__ = ("marker_id", "x_q8", "y_q8", "heading_cdeg", "radius_q8", "margin", "flags")
+    __slots__ = (
+        "marker_id",
+        "x_q8",
+        "y_q8",
+        "heading_cdeg",
+        "radius_q8",
+        "margin",
+        "flags",
+        "sigma_q8",
+        "sigma_cdeg",
+    )
 
     def __init__(self):
         self.clear()
@@ -48,6 +61,20 @@ class Detection:
         self.radius_q8 = 0
         self.margin = 0
         self.flags = 0
+        self.sigma_q8 = NO_SIGMA
+        self.sigma_cdeg = NO_SIGMA
+
+    def take(self, other):
+        """Becomes a copy of another detection."""
+        self.marker_id = other.marker_id
+        self.x_q8 = other.x_q8
+        self.y_q8 = other.y_q8
+        self.heading_cdeg = other.heading_cdeg
+        self.radius_q8 = other.radius_q8
+        self.margin = other.margin
+        self.flags = other.flags
+        self.sigma_q8 = other.sigma_q8
+        self.sigma_cdeg = other.sigma_cdeg
 
     def covers(self, x_q8, y_q8):
         """Whether a place lies within a radius of the marker, in x and in y."""

@@ -1,0 +1,108 @@
+"""The centre of a marker from both rings at once, little moved by what disturbs a part of one, and its sigma.
+
+The harmonics of `ring_fit` take each ring for itself, and the correction for perspective takes up, times 1.3,
+whatever disturbs one of them: a cable across, a torn edge, a shadow's border. Here both rings share centre,
+radius, ellipse and, as far as it is no more than noise, the difference of their centres.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith import tables
+from larics.kernels import robust as kernels
+
+_LEAST = const(14)  # sectors of both rings
+_ROUNDS = const(5)
+_CAREFUL = const(3)  # of them, before outliers are left out
+_PRIOR_Q10 = const(31)  # of half the difference of the centres, at 30 px of radius; grows with its square
+_RATIO_SQUARE = const(23716)  # of the inner radius: (154 / 1024 px) ** 2
+_SHARE_MOST = const(4095)  # of a sector's variance
+_MOST_Q10 = const(1024)  # that a fit may move the centre
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_FIT_X_Q8 = const(0)
+_FIT_Y_Q8 = const(1)
+_FIT_INNER_Q10 = const(16)
+_FIT_BEYOND_Q8 = const(19)
+_RING_DEVIATION = const(5)
+_ROBUST_PARAMETERS = const(128)
+_ROBUST_SCALE = const(236)
+_ROBUST_SQUARE = const(238)
+
+
+class RobustCentre:
+    """Fits one candidate at a time.
+
+    x_q10, y_q10      the marker's projected centre, 1/1024 px
+    middle_x_q10, middle_y_q10   the mean of the rings' centres
+    variance          of the centre along each axis, as far as the residuals tell: (1/1024 px) ** 2
+    square            mean square of what the fit leaves of the sectors, likewise
+    work              array of at least kernels.layouts: ROBUST items, scratch space
+    """
+
+    def __init__(self, work):
+        self.work = work
+        self.x_q10 = self.y_q10 = self.middle_x_q10 = self.middle_y_q10 = self.variance = self.square = 0
+
+    def fit(self, rings):
+        """Fits the sectors of a RingFit's last pass; False when they do not determine the centre.
+
+        Then the variance is that of the harmonics."""
+        deviation = min(1024, (rings.outer[_RING_DEVIATION] + rings.inner[_RING_DEVIATION]) * 5 >> 3)
+        self.square = self.variance = deviation * deviation
+        work = self.work
+        pose = rings.fit
+        ratio = pose[_FIT_INNER_Q10]
+        if kernels.begin_robust(work, pose, rings.outer_means, rings.inner_means) < _LEAST:
+            return False
+        prior = _PRIOR_Q10 * (rings.radius_q8 >> 4) // 480
+        prior = max(2, prior * (rings.radius_q8 >> 4) // 480) >> 1
+        for turn in range(_ROUNDS):
+            kind = 0 if turn == 0 else 1 if turn < _CAREFUL else 2
+            if kernels.weigh_sectors(0, 0, 0, work, tables.WAVES, ratio, kind) < 64 * _LEAST >> 1:
+                return False
+            scale = work[_ROBUST_SCALE]
+            ratio_weight = min(4095, (scale * scale << 8) // _RATIO_SQUARE)
+            # at first a difference of the centres is not to take up what disturbs one ring
+            apart = min(8191, (scale * scale << 8) // (prior * prior * 16)) if turn < _CAREFUL else 0
+            kernels.normal_equations(work, 0, 0, ratio, ratio_weight, apart)
+            if not kernels.factor_matrix(0, 0, 0, work):
+                return False
+            kernels.solve_step(0, 0, 0, work)
+        return self._finish(work, pose, prior, ratio, ratio_weight)
+
+    def _finish(self, work, pose, prior, ratio, ratio_weight):
+        """Believes the difference of the centres as far as it exceeds its noise, and tells the variance."""
+        weight = kernels.weigh_sectors(0, 0, 0, work, tables.WAVES, ratio, 2)
+        # eight parameters are fitted
+        square = work[_ROBUST_SQUARE] * 64 // max(64, weight - 6 * 64)
+        square = min(1 << 17, max(16, square))
+        apart_x = (work[_ROBUST_PARAMETERS + 4] - _BIAS) >> 4
+        apart_y = (work[_ROBUST_PARAMETERS + 5] - _BIAS) >> 4
+        noise = square * min(_SHARE_MOST, kernels.variance_of(0, 0, 0, work, 4, 0)) >> 12
+        signal = max(((apart_x * apart_x + apart_y * apart_y) >> 1) - noise, prior * prior, 1)
+        apart_weight = min(8191, (square << 8) // signal)
+        kernels.normal_equations(work, 0, 0, ratio, ratio_weight, apart_weight)
+        if not kernels.factor_matrix(0, 0, 0, work):
+            return False
+        kernels.solve_step(0, 0, 0, work)
+        beyond = pose[_FIT_BEYOND_Q8]
+        x = self._moved(work, 2, beyond)
+        y = self._moved(work, 3, beyond)
+        if max(abs(x), abs(y)) > _MOST_Q10:
+            return False
+        self.x_q10 = (pose[_FIT_X_Q8] << 2) + x
+        self.y_q10 = (pose[_FIT_Y_Q8] << 2) + y
+        self.middle_x_q10 = (pose[_FIT_X_Q8] << 2) + self._moved(work, 2, 0)
+        self.middle_y_q10 = (pose[_FIT_Y_Q8] << 2) + self._moved(work, 3, 0)
+        spread = kernels.variance_of(0, 0, 0, work, 2, beyond) + kernels.variance_of(0, 0, 0, work, 3, beyond)
+        self.variance = square * min(_SHARE_MOST, spread >> 3) >> 10
+        self.square = square
+        return True
+
+    def _moved(self, work, axis, beyond):
+        """The centre along an axis: that of the rings, and what lies beyond it, 1/1024 px."""
+        middle = work[_ROBUST_PARAMETERS + axis] - _BIAS
+        apart = work[_ROBUST_PARAMETERS + axis + 2] - _BIAS
+        return ((middle + (apart * beyond >> 7)) * 127 >> 7) >> 4

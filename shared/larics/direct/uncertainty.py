@@ -1,0 +1,48 @@
+"""How far a direct reading may be off: standard deviations of centre and heading, of each detection its own.
+
+From what the fit of the rings leaves, how unevenly deep they are, how far the last pass still moved them, and
+how straight the orientation line is. The weights were fitted to the errors of rendered frames of all presets.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith import tables
+from larics.arith.fixed import isqrt
+from larics.kernels import robust as kernels
+
+_SAMPLING = const(150)  # (1/1024 px) ** 2 of the sectors' spread: of sampling, which evens out over the rings
+_UNSEEN = const(256)  # taken for how far an orientation line strays that is not seen
+_MOST = const(1 << 20)  # of a variance, (1/1024 px) ** 2: one pixel
+_CROSSING_COUNTED = const(3)  # items as in kernels.layouts
+_CROSSING_DISTANCE = const(6)
+_HEADING = const(1085)  # cdeg that 1/256 of the radius turns the line's middle, * 256 / 1024 * 16
+_HEADING_LEAST = const(31)  # (1/16 cdeg) ** 2
+
+
+def centre_variance(robust, rings, lines):
+    """Of the centre along each axis, (1/1024 px) ** 2; lines: None when the orientation line was not seen."""
+    variance = robust.variance
+    variance -= min(variance * 9 // 10, variance * _SAMPLING // max(_SAMPLING, robust.square))
+    variance = variance * 13 // 16
+    variance += kernels.uneven_depths(
+        0, 0, 0, tables.WAVES, max(1, rings.area), rings.outer_means, rings.inner_means
+    )
+    distance = min(lines.line[_CROSSING_DISTANCE], 4096) if lines is not None else _UNSEEN
+    moved = min(rings.moved_q10, 4096)
+    return min(_MOST, variance + distance * distance // 22 + moved * moved // 12)
+
+
+def sigma_q8(variance):
+    """Standard deviation of a centre of that variance, 1/256 px, 1..256."""
+    return max(1, (isqrt(variance << 4) + 8) >> 4)
+
+
+def sigma_cdeg(variance, lines, radius_q8):
+    """Standard deviation of the heading, 0.01 degrees, at least 1: the line's own, and the centre's."""
+    distance = min(lines.line[_CROSSING_DISTANCE], 1024)
+    square = distance * distance * 7 // (4 * max(2, lines.line[_CROSSING_COUNTED])) + variance * 23 // 16
+    turned = min(16000, isqrt(min(square, _MOST) << 8) * _HEADING // radius_q8)
+    return max(1, (isqrt(turned * turned + _HEADING_LEAST) + 8) >> 4)
