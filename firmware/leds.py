@@ -1,7 +1,7 @@
 """Lights that a person can read.
 
 green steady       TRACKING
-green blinking     COASTING
+green blinking     COASTING, or carried by odometry
 blue flash         LOST: alive, no marker; one flash a second
 red flashes        a fault lasts: as many flashes as its code, then a pause
 all steady         safe mode

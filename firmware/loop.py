@@ -79,7 +79,8 @@ class Loop:
         state = app.parts.sensor.state(now_ms, self._clock.ticks_us())
         elapsed_ms = self._clock.ticks_diff(now_ms, self._shown_ms)
         self._shown_ms = now_ms
-        app.leds.show(state == m.TRACKING, state == m.COASTING, app.faults.active, elapsed_ms)
+        coasts = state == m.COASTING or state == m.CARRIED
+        app.leds.show(state == m.TRACKING, coasts, app.faults.active, elapsed_ms)
 
     def _serve_line(self):
         app = self._app
@@ -116,12 +117,18 @@ class Loop:
             return False
         app.faults.end(m.FAULT_DETECT)
         detect_us = clock.ticks_diff(clock.ticks_us(), start_us)
-        if app.odometry.heard:
+        odometry = app.odometry if app.odometry.heard else None
+        if odometry is not None:
             self._serve_line()  # what came meanwhile: the exposure lies between two poses
-            app.odometry.at(camera.capture_us & m.COUNT_MAX)
+            odometry.at(camera.capture_us & m.COUNT_MAX)
         count = sensor.place(found)
         app.status.frame_done(count, sensor.rejected, detect_us)
-        fault = sensor.follow(count, camera.capture_us, clock.ticks_ms())
+        doubted = sensor.navigator is not None and sensor.navigator.pose.carrier.doubted
+        if doubted:
+            app.faults.begin(m.FAULT_ODOMETRY)
+        else:
+            app.faults.end(m.FAULT_ODOMETRY)
+        fault = sensor.follow(count, camera.capture_us, clock.ticks_ms(), odometry)
         if fault:
             app.faults.report(fault)
         if app.outbox.begin():

@@ -161,6 +161,11 @@ ENUMS = (
             ),
             ("FAULT_CAMERA_DARK", m.FAULT_CAMERA_DARK, "nothing but black: no light, or the lens is covered"),
             ("FAULT_CAMERA_WHITE", m.FAULT_CAMERA_WHITE, "nothing but white: far too much light"),
+            (
+                "FAULT_ODOMETRY",
+                m.FAULT_ODOMETRY,
+                "odometry contradicts the markers (unit, sign, axis?): it is ignored",
+            ),
         ),
     ),
 )

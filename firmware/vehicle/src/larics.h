@@ -127,6 +127,7 @@ extern "C" {
 #define LARICS_FAULT_CAMERA_FROZEN 20 /* the camera serves the same picture again and again */
 #define LARICS_FAULT_CAMERA_DARK 21 /* nothing but black: no light, or the lens is covered */
 #define LARICS_FAULT_CAMERA_WHITE 22 /* nothing but white: far too much light */
+#define LARICS_FAULT_ODOMETRY 23 /* odometry contradicts the markers (unit, sign, axis?): it is ignored */
 
 /* keys of the settings */
 #define LARICS_KEY_WIDTH 1

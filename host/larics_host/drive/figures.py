@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from larics_host.drive.simulation import Trace
 
 
-_COLOURS = {m.TRACKING: "#1b7837", m.COASTING: "#e08214", m.LOST: "#b2182b"}
-_WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.LOST: "lost"}
+_COLOURS = {m.TRACKING: "#1b7837", m.COASTING: "#e08214", m.CARRIED: "#2166ac", m.LOST: "#b2182b"}
+_WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.CARRIED: "carried by odometry", m.LOST: "lost"}
 
 
 def path_figure(trace: Trace, title: str) -> Figure:

@@ -88,11 +88,14 @@ class Score:
         return asdict(self)
 
 
+STATES = (("tracking", m.TRACKING), ("coasting", m.COASTING), ("carried", m.CARRIED), ("lost", m.LOST))
+
+
 def score(trace: Trace) -> Score:
     """The Score of a Trace."""
     frames = trace.frames
     tracking = [frame for frame in frames if frame.state == m.TRACKING]
-    coasting = [frame for frame in frames if frame.state == m.COASTING]
+    coasting = [frame for frame in frames if frame.state in (m.COASTING, m.CARRIED)]
     begun, completed = laps(trace)
     visited = [visit for visit in trace.visits if np.isfinite(visit[2])]
     pose_s, route_s = recoveries(trace)
@@ -107,7 +110,7 @@ def score(trace: Trace) -> Score:
         sigma_ratio=float(np.median(ratios)) if ratios else float("nan"),
         states={
             name: sum(frame.state == number for frame in frames) / max(1, len(frames))
-            for name, number in (("tracking", m.TRACKING), ("coasting", m.COASTING), ("lost", m.LOST))
+            for name, number in STATES
         },
         laps_begun=begun,
         laps_completed=completed,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _COLOURS = {
     "TRACKING": "bold white on green",
     "COASTING": "bold black on yellow",
+    "CARRIED": "bold black on yellow",
     "LOST": "bold white on red",
 }
 _VIEW = (46, 15)  # letters wide and high

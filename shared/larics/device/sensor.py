@@ -56,14 +56,15 @@ class Sensor:
         """Puts the detections of a frame in place; returns how many `measurements` may be reported."""
         return self._measuring.locate(found, self.settings, self.locator, self.navigator)
 
-    def follow(self, count, capture_us, now_ms):
+    def follow(self, count, capture_us, now_ms, odometry=None):
         """Takes the first `count` measurements of a processed frame for pose, route and state.
 
-        capture_us, now_ms: of any clocks modulo 2**30. Returns the fault of the navigator, 0 for none."""
+        capture_us, now_ms: of any clocks modulo 2**30; odometry: as for Localizer.update. Returns the
+        fault of the navigator, 0 for none."""
         self._sighting.update(self.measurements, count, now_ms)
         if self.navigator is None:
             return 0
-        self.navigator.update(self.measurements, count, capture_us & COUNT_MAX)
+        self.navigator.update(self.measurements, count, capture_us & COUNT_MAX, odometry)
         return self.navigator.fault
 
     def state(self, now_ms, now_us):

@@ -2,12 +2,14 @@
 
 TRACKING  measured in this frame, from every marker that fits
 COASTING  no usable marker; carried on at the last speed and turn rate, with a growing sigma
+CARRIED   no usable marker; carried on by the vehicle's odometry, for as long as its sigma allows
 LOST      nothing to go by; the numbers are the last known ones
 
 A marker that cannot be is never believed silently. One that is not in the map, that has the wrong size
 for its height, or that would put the vehicle where it cannot have come, is refused and named by `fault`.
 Only when several frames in a row agree on the new place, was the vehicle really moved there.
 Sigma is the scatter of the measurements; errors of calibration and map, which do not scatter, come on top.
+With odometry it is that of larics.locate.carrier, which has a usual share of them.
 All values stay within +-2**30 and a frame allocates nothing.
 """
 
@@ -19,9 +21,11 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith.fixed import cos_q14, sin_q14, turn16_from_cdeg, wrap_cdeg
+from larics.locate.carrier import Carrier
 from larics.locate.motion import Motion, direction_cdeg, grown, times_q14
 from larics.locate.noise import Residuals
 from larics.wire.messages import (
+    CARRIED,
     COASTING,
     COUNT_MAX,
     FAULT_MARKER_HEIGHT,
@@ -29,6 +33,7 @@ from larics.wire.messages import (
     FAULT_MARKER_UNKNOWN,
     ID_NONE,
     LOST,
+    MOTION_NONE,
     SIGMA_UNKNOWN,
     TRACKING,
 )
@@ -49,6 +54,8 @@ _FLOOR_MM10 = const(3)
 _FLOOR_CDEG = const(2)
 _START_MM10 = const(20)  # sigma before there are residuals
 _START_CDEG = const(15)
+_CARRIED_MM10 = const(10000)  # carried on by odometry up to this sigma ...
+_CARRIED_CDEG = const(3500)  # ... and this: then LOST, since a guess at the speed is no better
 
 
 class Localizer:
@@ -60,7 +67,8 @@ class Localizer:
 
     After `update`: state, x_mm10, y_mm10, heading_cdeg (0..35999), sigma_mm10, sigma_cdeg (SIGMA_UNKNOWN
     when LOST), age_us since the last measurement, marker_id and entry of that one (ID_NONE and -1 before
-    the first), fault (0, or why a marker of this frame was refused).
+    the first), fault (0, or why a marker of this frame was refused). `carrier` has the covariance while
+    `carried` says that it has one.
     """
 
     def __init__(self, marker_map, coast_us=3000000, speed_mm_s=2000, tolerance_q8=20):
@@ -76,6 +84,9 @@ class Localizer:
         self.entry = -1
         self.hint = -1  # entry that the route expects: decides between places of the same ID
         self.fault = 0
+        self.carrier = Carrier()
+        self.carried = False
+        self._frame_us = 0
         self._fix_us = 0  # time of the last measurement, and what it said
         self._motion = Motion()
         self._history = array("i", [0] * 7)  # the measurement before the last: x, y, heading, 100 us to the
@@ -98,9 +109,10 @@ class Localizer:
                 return True
         return False
 
-    def update(self, measurements, count, time_us):
+    def update(self, measurements, count, time_us, odometry=None):
         """Takes the first `count` Measurements of a frame captured at time_us (any clock modulo 2**30).
 
+        odometry: larics.locate.odometry.Odometry, set to that time, of a vehicle that tells it.
         Returns the state. Call it for every frame, also for those without a marker."""
         self.fault = 0
         self._refusals = 0
@@ -111,13 +123,19 @@ class Localizer:
         self.age_us = passed_us
         if (time_us - self._there_us) & COUNT_MAX > self.coast_us:
             self._agreed = 0
-        if self.state == TRACKING:
-            self.state = COASTING
+        self._frame_us = time_us & COUNT_MAX
+        self.carried = self._is_carried(odometry)  # or, when it has been for too long, LOST
+        if self.state != LOST:
+            self.state = CARRIED if self.carried else COASTING
         if self.state == COASTING and passed_us > self.coast_us:
             self._lose()
+        time_h = passed_us // 100
         if self.state == COASTING:
-            self._predict(passed_us // 100)
-        used = self._compare(measurements, min(count, MAX_MARKERS), passed_us // 100)
+            self._predict(time_h)
+        elif self.state == CARRIED:
+            time_h = 0  # nothing that the odometry did not see has moved the vehicle
+            self._take_carried()
+        used = self._compare(measurements, min(count, MAX_MARKERS), time_h)
         if used == 0 and count:
             used = self._relocate(measurements, min(count, MAX_MARKERS), time_us)
             passed_us = (time_us - self._fix_us) & COUNT_MAX
@@ -125,9 +143,32 @@ class Localizer:
             self._fix(used, time_us, passed_us)
         elif self.state == COASTING:
             self._coast(passed_us // 100)
-        else:
+        elif self.state == LOST:
             self.sigma_mm10 = self.sigma_cdeg = SIGMA_UNKNOWN
         return self.state
+
+    def _is_carried(self, odometry):
+        """Whether odometry carries the pose on to this frame, with a sigma that is still of use."""
+        carrier = self.carrier
+        if odometry is None or odometry.state == MOTION_NONE or not carrier.move(odometry):
+            return False
+        if carrier.doubted:
+            return False
+        sigma_mm10 = max(carrier.sigma_x_mm10, carrier.sigma_y_mm10)
+        if sigma_mm10 <= _CARRIED_MM10 and carrier.sigma_cdeg <= _CARRIED_CDEG:
+            return True
+        if self.state != LOST:
+            self._lose()
+        return False
+
+    def _take_carried(self):
+        """The pose that odometry tells becomes the prediction, and the pose unless a marker says better."""
+        guess, carrier = self._guess, self.carrier
+        guess[0] = self.x_mm10 = carrier.x_mm10
+        guess[1] = self.y_mm10 = carrier.y_mm10
+        guess[2] = self.heading_cdeg = carrier.heading_cdeg
+        self.sigma_mm10 = max(carrier.sigma_x_mm10, carrier.sigma_y_mm10)
+        self.sigma_cdeg = carrier.sigma_cdeg
 
     def pass_time(self, time_us):
         """Call it between frames, at least every five minutes: without them the state goes on with the time.
@@ -137,6 +178,9 @@ class Localizer:
         passed_us = (time_us - self._fix_us) & COUNT_MAX
         if passed_us > COUNT_MAX >> 1:
             self.age_us = COUNT_MAX  # before the clock has gone round
+        silent_us = (time_us - self._frame_us) & COUNT_MAX
+        if self.state == CARRIED and silent_us <= SILENT_US:
+            return self.state
         if self.state != LOST:
             if passed_us > self.coast_us:
                 self._lose()
@@ -150,6 +194,7 @@ class Localizer:
         self.state = LOST
         self.sigma_mm10 = self.sigma_cdeg = SIGMA_UNKNOWN
         self._agreed = 0
+        self.carried = False
 
     def bearing_cdeg(self, x_mm10, y_mm10):
         """Direction of a place of the map in the vehicle frame, 0..35999."""
@@ -217,7 +262,7 @@ class Localizer:
         """Collects the measurements that fit the prediction; returns how many."""
         if self.state == LOST:
             return 0
-        unknown_mm_s = self.speed_mm_s if self._known < 2 else 0
+        unknown_mm_s = self.speed_mm_s if self._known < 2 and not self.carried else 0
         used = 0
         for k in range(count):
             measurement = measurements[k]
@@ -341,6 +386,12 @@ class Localizer:
         history[6] = heading
         self.sigma_mm10 = max(self._noise[0].sigma(_FLOOR_MM10), self._noise[1].sigma(_FLOOR_MM10))
         self.sigma_cdeg = self._noise[2].sigma(_FLOOR_CDEG)
+        carrier = self.carrier
+        if carrier.begun:
+            carrier.fix(x, y, heading, self.sigma_mm10, self.sigma_cdeg)
+        if self.carried:
+            self.sigma_mm10 = max(carrier.sigma_x_mm10, carrier.sigma_y_mm10)
+            self.sigma_cdeg = carrier.sigma_cdeg
         self._fix_us = time_us & COUNT_MAX
         self.age_us = 0
         self._agreed = 0

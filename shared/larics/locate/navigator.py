@@ -47,10 +47,10 @@ class Navigator:
         entry = self.map.find(marker_id)
         return self.map.z_mm10[entry] if entry >= 0 else 0
 
-    def update(self, measurements, count, time_us):
+    def update(self, measurements, count, time_us, odometry=None):
         """As Localizer.update; returns the state."""
         pose = self.pose
-        state = pose.update(measurements, count, time_us)
+        state = pose.update(measurements, count, time_us, odometry)
         self.fault = pose.fault
         if self.route is None:
             return state

@@ -117,6 +117,7 @@ FAULT_ROUTE = const(19)
 FAULT_CAMERA_FROZEN = const(20)
 FAULT_CAMERA_DARK = const(21)
 FAULT_CAMERA_WHITE = const(22)
+FAULT_ODOMETRY = const(23)
 
 _TOKEN = ("token", "H", "", 0, 65535, "returned by the answer; a retry repeats it, a new command does not")
 _FRAME = ("frame", "I", "", 0, COUNT_MAX, "number of the camera frame, wraps to 0 after 2**30 - 1")
