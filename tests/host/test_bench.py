@@ -267,3 +267,23 @@ def test_tables_of_a_sweep_have_straight_columns():
     assert "max_tilt_deg" in first
     for table in (lines[1:11], lines[13:]):
         assert len(table) == 10 and len({len(line) for line in table}) == 1
+
+
+def test_coded_markers_stand_beside_plain_ones_and_have_targets():
+    assert {"larics", "larics_coded", "apriltag", "aruco"} <= set(plan.QUALITY_METHODS)
+    assert 12 in plan.SWEEPS["radius"].values and plan.SWEEPS["occlusion"].title == "Share covered"
+    plain, _ = frames.render("sunny", 5, 0, "larics", 30.0, {})
+    coded, (truth,) = frames.render("sunny", 5, 0, methods.target("larics_coded"), 30.0, {})
+    assert truth.marker_id > 7 and np.any(plain != coded)
+    assert [found.marker_id for found in methods.make("larics_coded", 360, 296, 30.0)(coded)] == [
+        truth.marker_id
+    ]
+    row = {"read_pct": 90.0, "frames": 100, "wrong": 0}
+    quality = {"quality": {"harsh": {"larics_coded": row}}}
+    (target,) = targets._coded(quality)
+    assert target.verdict() == "reached"
+    (target,) = targets._coded({"quality": {"harsh": {"larics_coded": {**row, "wrong": 1}}}})
+    assert target.verdict() == "MISSED"  # one wrong ID is too many
+    rows = [row] * 6
+    swept = {"occlusion": {"values": [0, 0.05, 0.1, 0.15, 0.2, 0.3], "methods": {"larics_coded": rows}}}
+    assert [t.must for t in targets._coded({"sweeps": swept})] == [85, 80, 70]

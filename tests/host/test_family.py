@@ -10,8 +10,10 @@ from PIL import Image
 from larics.marker import CODED, LARICS3, golay
 from larics.marker.far_apart import FAR_APART_DISTANCE, FAR_APART_IDS
 from larics_host import cli, printing
+from larics_host.detection.options import DetectionOptions
 from larics_host.marker_ids import parse_ids, ranges_of
 from larics_host.render import render_frame
+from larics_host.validation import report
 
 CENTRES_DEG = [90 * quarter + angle for quarter in range(4) for angle in (18.5, 27.5, 36.5, 53.5, 62.5, 71.5)]
 
@@ -167,3 +169,38 @@ def test_coded_frames_are_plain_ones_with_cells():
     assert away.min() > 210 and away.max() < 255
     with pytest.raises(ValueError, match="unknown family"):
         render_frame("sunny", 8, 3, family="golay")
+
+
+def test_a_mixed_building_is_read(tmp_path):
+    """Plain and coded markers in one frame, several coded ones, and coded ones cut by the border."""
+    options = DetectionOptions(radius_px=(25, 35))
+    detector = options.make(360, 296)
+    kinds = set()
+    for preset, family, count in (("multi", "mixed", 6), ("multi", "coded", 2), ("border", "coded", 6)):
+        read = seen = 0
+        for index in range(count):
+            frame, truths = render_frame(preset, 960, index, family=family)
+            found = {d.marker_id: d for d in detector.detect(frame.reshape(-1)) if d.marker_id >= 0}
+            for truth in truths:
+                one = found.pop(truth.id, None)
+                seen += truth.visible > 0.999
+                if one is not None:
+                    read += truth.visible > 0.999
+                    assert math.hypot(one.x_q8 / 256 - truth.x_px, one.y_q8 / 256 - truth.y_px) < 1.0
+            assert not found  # no ID that is not there
+            kinds.add(tuple(sorted({truth.id > 7 for truth in truths})))
+        assert read >= 0.9 * seen and seen, (preset, family, read, seen)
+    assert (False, True) in kinds
+
+
+def test_hundreds_of_ids_are_reported_by_their_mistakes():
+    class Result:
+        def matrix(self):
+            ids = list(CODED.ids()[:300])
+            counts = [[3 * (row == column) for column in ids] for row in ids]
+            counts[10][11] = 2
+            return ids, ids, counts
+
+    text = report._matrix(Result())
+    assert "300 IDs: 900 markers of 300 IDs read right" in text
+    assert text.count("<tr>") == 2 and "<td>%d</td><td>2</td>" % CODED.ids()[11] in text

@@ -12,12 +12,15 @@ from PIL import Image
 from larics_host.validation.scoring import Expected
 
 WIDTH, HEIGHT = 360, 296
+CODED = "coded"  # a target of the bench: LARICS markers with cells
 
 
 def render(preset, seed, index, target, radius_px, overrides):
     """One rendered frame and its truths as scoring wants them."""
     from larics_host.render import render_frame
 
+    if target == CODED:
+        target, overrides = "larics", {"family": "coded", **overrides}
     frame, truths = render_frame(
         preset, seed, index, width=WIDTH, height=HEIGHT, radius_px=radius_px, target=target, **overrides
     )

@@ -1,6 +1,7 @@
 """The methods under test behind one interface: a frame in, a list of `Found` out.
 
-Each method is drawn its own tag (`target`) on a plate of equal footprint. The tags' x axis (from the
+Each method is drawn its own tag (`target`) on a plate of equal footprint; "coded" is a
+LARICS marker with cells. The tags' x axis (from the
 first corner to the second) lies along what is the orientation line of our marker.
 """
 
@@ -153,6 +154,7 @@ def _paper(known):
 # name: (label, what is drawn, constructor)
 METHODS = {
     "larics": ("LARICS", "larics", _larics),
+    "larics_coded": ("LARICS coded", "coded", _larics),
     "larics_sharp": (
         "LARICS, blur-model reader off", "larics", lambda known: _larics(known, second_opinion=False),
     ),

@@ -8,9 +8,11 @@ RADIUS_PX = 30.0
 LEAST_MARGINS = (16, 32, 48, 64, 96, 128, 160, 192)
 FRESH_SEED = 5000  # seeds from here on belong to the bench; tuning stays below 1000
 
-QUALITY_METHODS = ("larics", "larics_sharp", "paper", "aruco", "aruco_subpix", "apriltag", "hough")
+QUALITY_METHODS = (
+    *("larics", "larics_coded", "larics_sharp", "paper", "aruco", "aruco_subpix", "apriltag", "hough"),
+)
 TIMED_METHODS = ("larics", "paper", "aruco", "aruco_subpix", "apriltag", "apriltag2", "hough")
-SWEPT_METHODS = ("larics", "larics_sharp", "paper", "aruco_subpix", "apriltag")
+SWEPT_METHODS = ("larics", "larics_coded", "larics_sharp", "paper", "aruco_subpix", "apriltag")
 
 
 class Sweep(NamedTuple):
@@ -43,13 +45,15 @@ SWEEPS = {
         "Defocus", "sigma, px", "sunny", "defocus_px", (0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4), must=2.5, aim=3.5
     ),
     "radius": Sweep(
-        "Size", "outer ring, px", "sunny", "radius_px", (6, 7, 8, 10, 15, 20, 30, 45, 60), must=8, aim=6
+        "Size", "outer ring, px", "sunny", "radius_px", (6, 7, 8, 10, 12, 15, 20, 30, 45, 60), must=8, aim=6
     ),
     "tilt": Sweep(
         "Tilt", "degrees", "sunny", "tilt_deg", (0, 5, 10, 15, 20, 25, 30, 35, 40), must=25, aim=35,
         tells_tilt=True,
     ),
-    "occlusion": Sweep("Occlusion", "share covered", "sunny", "occlusion", (0, 0.05, 0.1, 0.15, 0.2, 0.3)),
+    "occlusion": Sweep(
+        "Share covered", "of the outer ring", "sunny", "occlusion", (0, 0.05, 0.1, 0.15, 0.2, 0.3)
+    ),
 }  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from . import methods  # noqa: E402
 _COLOURS = {
     "larics": "#0b5fa5",
     "larics_sharp": "#0b5fa5",
+    "larics_coded": "#13a08c",
     "paper": "#8a8a8a",
     "aruco": "#f0b46c",
     "aruco_subpix": "#d97b1a",

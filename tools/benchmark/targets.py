@@ -40,6 +40,12 @@ _ERRORS = {
     "cloudy": ((0.05, 0.02), (0.12, 0.05), (0.06, 0.04), (0.2, 0.12)),
 }
 _ERROR_KEYS = ("centre_median_px", "centre_p95_px", "heading_median_deg", "heading_p95_deg")
+_CODED_READ = {preset: (99.8, 99.95) for preset in ("sunny", "cloudy", "double", "fast")}
+_CODED_READ["harsh"] = (88, 95)
+_CODED_STRESSED = {
+    ("occlusion", 0.05): (85, 95), ("occlusion", 0.1): (80, 90), ("occlusion", 0.2): (70, 80),
+    ("radius", 10): (97, 99), ("radius", 12): (99.5, 100),
+}  # fmt: skip
 _STRESSED_PCT = 95  # still to be found, and nothing wrong, at the values `must` and `aim` of plan.SWEEPS
 _COSTS = {  # million instructions of a frame
     "search": (("mean", 2.0, 1.1), ("max", 3.5, 2.0)),
@@ -74,6 +80,31 @@ def _quality(results):
     for preset in evaluate.NEGATIVES:
         if preset in rows:
             yield target("false positives", preset, "false_positives", 0, 0)
+
+
+def _coded(results):
+    """Of coded markers: read, and no wrong ID at all."""
+    rows = {
+        preset: by["larics_coded"]
+        for preset, by in results.get("quality", {}).items()
+        if "larics_coded" in by
+    }
+    for preset, limits in _CODED_READ.items():
+        if preset in rows:
+            row = rows[preset]
+            yield Target(
+                "%s, coded: read, %%" % preset, row["read_pct"], *limits, at_least=True, frames=row["frames"],
+                wrong=row["wrong"],
+            )  # fmt: skip
+    for (key, value), limits in _CODED_STRESSED.items():
+        swept = results.get("sweeps", {}).get(key, {})
+        methods = swept.get("methods", {})
+        if "larics_coded" in methods and value in swept["values"]:
+            row = methods["larics_coded"][list(swept["values"]).index(value)]
+            yield Target(
+                "%s %g, coded: read, %%" % (key, value), row["read_pct"], *limits, at_least=True,
+                frames=row["frames"], wrong=row["wrong"],
+            )  # fmt: skip
 
 
 def stresses(results):
@@ -146,6 +177,7 @@ def targets(results):
     """All targets that the results of a run can be held against."""
     return [
         *_quality(results.get("quality", {})),
+        *_coded(results),
         *stresses(results.get("sweeps", {})),
         *_time(results.get("host_time", {})),
         *_costs(results.get("micropython", {})),

@@ -28,6 +28,9 @@ thead th { border-bottom: 2px solid #9fb0c0; text-align: right; } thead th:first
 figure { margin: 0; } img { max-width: 100%; } figcaption { font-size: .9em; overflow-wrap: anywhere; }
 """
 
+_MATRIX_MOST = 24  # rows and columns that a page still shows; of more, only the mistakes
+_MISTAKES_MOST = 60
+
 # heading, figure, format
 _FIGURES = (
     ("frames", "frames", "%d"),
@@ -71,6 +74,8 @@ def _table(headings, rows):
 
 def _matrix(outcome):
     rows, columns, counts = outcome.matrix()
+    if max(len(rows), len(columns)) > _MATRIX_MOST:
+        return _mistakes(rows, columns, counts)
     parts = ["<table><thead><tr><th>true \\ reported</th>"]
     parts += ["<th>%s</th>" % _escape(column) for column in columns]
     parts.append("</tr></thead><tbody>")
@@ -81,6 +86,27 @@ def _matrix(outcome):
             parts.append('<td class="%s">%d</td>' % (kind, count))
         parts.append("</tr>")
     return "".join(parts) + "</tbody></table>"
+
+
+def _mistakes(rows, columns, counts):
+    """Hundreds of IDs: how many were read right, and every pair that was taken for each other."""
+    pairs = [
+        (count, row, column)
+        for row, line in zip(rows, counts, strict=True)
+        for column, count in zip(columns, line, strict=True)
+        if count
+    ]
+    right = [pair for pair in pairs if pair[1] == pair[2]]
+    wrong = sorted((pair for pair in pairs if pair[1] != pair[2]), key=lambda pair: (-pair[0], str(pair[1:])))
+    lines = [
+        "<p>%d IDs: %d markers of %d IDs read right. All others, most frequent first:</p>"
+        % (len(rows), sum(pair[0] for pair in right), len(right))
+    ]
+    shown = [(row, [column, count]) for count, row, column in wrong[:_MISTAKES_MOST]]
+    lines.append(_table(("true", "reported", "markers"), shown) if shown else "<p>none</p>")
+    if len(wrong) > _MISTAKES_MOST:
+        lines.append("<p>and %d pairs more</p>" % (len(wrong) - _MISTAKES_MOST))
+    return "".join(lines)
 
 
 def _picture(data, kind, caption):

@@ -58,7 +58,8 @@ _GAP_LEAST_ALONE = const(110)  # without lines that agree,
 _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
 _COST_MOST_TURNED = const(80)  # that much,
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
-_COST_SHARE = const(2)  # and at least 2/4 of what the first contradicts
+_COST_QUARTERS = const(4)  # and at least as much as the first contradicts,
+_COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
 _NEVER = const(1 << 20)
 _ROW_MOST = const(5)  # cells that one stroke crosses
 _LINE_DARK = const(64)  # weights of a coding line: one that is seen,
@@ -127,7 +128,7 @@ class CellReader:
             least = _GAP_LEAST_TURNED
             if cost > _COST_MOST_TURNED:
                 return UNKNOWN
-        if gap < least or gap * 4 < cost * _COST_SHARE:
+        if gap < least or gap * 4 < cost * (_COST_QUARTERS if told else _COST_QUARTERS_PLAIN):
             return UNKNOWN
         self.margin = min(255, (gap - least) * 255 // _GAP_SURE)
         return told

@@ -48,6 +48,9 @@ _SHAPE_ITEMS = const(15)
 _HYPOTHESES = const(3)
 _SAMPLES = const(3)  # in each direction of the annulus
 _INNER_SAMPLES = const(4)
+_INNER_REACH = const(18)  # 25 degrees, 1/256 turn
+_SEEN_LEAST = const(125)  # depth of a coding line that is surely seen, 256 = as the rings'
+_OFF_MOST = const(450)  # 2.5 degrees: a cell is 9 wide
 _LINE_LEAST = const(96)  # area of what may be an orientation line, 256 = as the rings',
 _GAP_MOST = const(90)  # and how much of it may be missing, 256 = all
 _CODE_OPENING = const(104)  # half the angle between two positions, as a slope / 256
@@ -164,7 +167,36 @@ class LineReader:
         directions.quarter_phase(profile, 0, 0, COSINE, count, wave)
         self.angle_turn16 = (atan2_turn16(-(wave[1] - _BIAS), -(wave[0] - _BIAS)) + 2) >> 2
         self.read_code(frame, rings)
-        return self.code_inside > 0
+        if not self.code_inside:
+            return False
+        darkest = 0
+        for turn in range(1, 4):
+            if self.quarter_depth(turn) > self.quarter_depth(darkest):
+                darkest = turn
+        if self.quarter_depth(darkest) < _SEEN_LEAST:
+            return False
+        # dirt and shadows of other directions are in the wave, too: the line itself must lie there
+        off_turn16 = self._off_centre(self.angle_turn16 - darkest * 16384 & 65535)
+        self.angle_turn16 = self.angle_turn16 + off_turn16 & 65535
+        return -_OFF_MOST < off_turn16 < _OFF_MOST
+
+    def _off_centre(self, angle_turn16):
+        """How far the middle of what is dark inside lies beyond a direction, clockwise, 1/65536 turn."""
+        profile = self._depths
+        count = 256 // self._stride
+        reach = _INNER_REACH // self._stride
+        first = (angle_turn16 >> 8) // self._stride - reach
+        light = min(profile[first % count], profile[(first + 2 * reach) % count])
+        total = moment = 0
+        for step in range(2 * reach + 1):
+            dark = light - profile[(first + step) % count]
+            if dark > 0:
+                total += dark
+                moment += dark * step
+        if not total:
+            return _OFF_MOST
+        middle_turn16 = (first * self._stride << 8) + (moment * self._stride << 8) // total
+        return (middle_turn16 - angle_turn16 + 32768 & 65535) - 32768
 
     def refine_quarter(self, frame, rings):
         """Looks for the direction of the coding lines once more, near the last angle."""
