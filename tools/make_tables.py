@@ -131,8 +131,11 @@ def source():
         ),
         literal(
             "CELL_ROWS",
-            "dark cells of the words of the IDs 1, 2, 4, ... 2048: low 16 bits, high 8",
-            pack16([half for bit in range(12) for half in halves(golay.cells(1 << bit))]),
+            "dark cells of the words of the IDs 1, 2, 4, ... 2048: low 16 bits, high 8;\n"
+            "# then the cells of these bits themselves",
+            pack16(
+                [half for bit in range(12) for half in halves(golay.cells(1 << bit))] + list(golay.ORDER[12:])
+            ),
         ),
         literal("WAVES", "128 + 127 * cos(pi k / 16), k = 0..31; uint8", bytes(wave)),
         literal("BIT_COUNT", "ones in 0..255; uint8", bytes(bin(k).count("1") for k in range(256))),

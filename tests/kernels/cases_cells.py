@@ -2,6 +2,7 @@
 
 from array import array
 
+from cases_rings import fit
 from inputs import frames, ints, random_bytes, zeros32
 
 from larics.arith import fixed
@@ -31,6 +32,17 @@ def cell_depths(random):
     for frame in frames(WIDTH, HEIGHT, random):
         for pose in _poses(random):
             yield (0, 0, 0, frame, fixed.LOG_GREY, fixed.CELL_AXES, pose, ints(72, random))
+
+
+def direct_place(random):
+    for angle in (0, 12345, 65535):
+        for bulge, bent in ((0, 0), (900, 300), (-900, -300), (20000, 0)):
+            for radius in (1536, 7680, 20480):
+                pose = fit(
+                    true_x_q10=36000 + bent, true_y_q10=30000, x_q10=36000, y_q10=30000 + bent,
+                    radius_q8=radius, bulge_cos=bulge, bulge_sin=-bulge, area=random.below(1 << 20),
+                )  # fmt: skip
+                yield pose, 0, 0, fixed.COSINE, angle, ints(16, random)
 
 
 def _depths(random, marker_id, noise, hidden, shade):
@@ -76,6 +88,7 @@ def likeliest_words(random):
 
 CASES = {
     "cell_depths": cell_depths,
+    "direct_place": direct_place,
     "cell_weights": cell_weights,
     "likeliest_words": likeliest_words,
 }

@@ -13,17 +13,11 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import CELL_AXES, CELL_ROWS, LOG_GREY, atan2_turn16, cos_q14, sin_q14
+from larics.arith.fixed import CELL_AXES, CELL_ROWS, COSINE, LOG_GREY, cos_q14, sin_q14
 from larics.kernels import cells as kernels
 from larics.marker import mirrored_lines
 
 _BIAS = const(1 << 24)  # items as in kernels.layouts
-_FIT_BULGE_COS = const(8)
-_FIT_BULGE_SIN = const(9)
-_FIT_X_Q10 = const(10)
-_FIT_Y_Q10 = const(11)
-_FIT_TRUE_X_Q10 = const(12)
-_FIT_TRUE_Y_Q10 = const(13)
 _PLACE_X_Q8 = const(0)
 _PLACE_Y_Q8 = const(1)
 _PLACE_RADIUS_Q8 = const(2)
@@ -46,7 +40,6 @@ _WORD_ITEMS = const(5)
 # for an outer ring of 150 mm, where the reference studies read them: beside the cells, and in them
 _RADII_MM = (190, 205, 228, 236)
 _SHAPE_MOST_Q14 = 4096
-_BESIDE_Q12 = const(5671)  # 18/13: the rings' centres lie by 13/18 of the bend beside the true one
 
 
 PLAIN = const(0)  # no cell is dark: the lines tell the ID
@@ -228,19 +221,7 @@ class CellReader:
 
     def measure_direct(self, frame, rings, lines):
         """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`."""
-        fit = rings.fit
-        radius_q8 = rings.radius_q8
-        e1 = ((fit[_FIT_BULGE_COS] - _BIAS) << 12) // radius_q8
-        e2 = ((fit[_FIT_BULGE_SIN] - _BIAS) << 12) // radius_q8
-        hx = (fit[_FIT_X_Q10] - fit[_FIT_TRUE_X_Q10]) * _BESIDE_Q12 // radius_q8
-        hy = (fit[_FIT_Y_Q10] - fit[_FIT_TRUE_Y_Q10]) * _BESIDE_Q12 // radius_q8
-        # the line's angle is that in the picture; in the marker's plane it lies where the ellipse is undone
-        cosine = cos_q14(lines.angle_turn16)
-        sine = sin_q14(lines.angle_turn16)
-        x = cosine - ((e1 * cosine + e2 * sine) >> 14)
-        y = sine - ((e2 * cosine - e1 * sine) >> 14)
-        depth = (rings.area << 8) // (radius_q8 * rings.line_q10 >> 10)
-        return self.measure(
-            frame, (rings.true_x_q10 + 2) >> 2, (rings.true_y_q10 + 2) >> 2, radius_q8, e1, e2, hx, hy,
-            atan2_turn16(y, x), depth,
-        )  # fmt: skip
+        if not kernels.direct_place(rings.fit, 0, 0, COSINE, lines.angle_turn16, self.pose):
+            return False
+        kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
+        return True

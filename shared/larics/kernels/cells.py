@@ -10,6 +10,15 @@ except ImportError:
     from larics._cpython import const, micropython, ptr8, ptr16, ptr32
 
 _BIAS = const(1 << 24)  # items as in kernels.layouts
+_FIT_RADIUS_Q8 = const(6)
+_FIT_BULGE_COS = const(8)
+_FIT_BULGE_SIN = const(9)
+_FIT_X_Q10 = const(10)
+_FIT_Y_Q10 = const(11)
+_FIT_TRUE_X_Q10 = const(12)
+_FIT_TRUE_Y_Q10 = const(13)
+_FIT_AREA = const(14)
+_FIT_LINE_Q10 = const(17)
 _PLACE_X_Q8 = const(0)
 _PLACE_Y_Q8 = const(1)
 _PLACE_RADIUS_Q8 = const(2)
@@ -37,83 +46,125 @@ _LEAST_CELLS = const(12)
 _ALL_WHITE = const(20)  # cells that must have been looked at, for none of them to be dark to tell something
 _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
 _ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
+_ALL_TELL = const(24)  # the least telling cell of those that are as a word has them
 _TONE = const(100)  # log units: 19 of them are 5 percent
+_BENT_MOST = const(4096)
 _TANGENT_Q14 = const(572)  # of 2 degrees, between the samples at one radius
 
 
 @micropython.viper
+def direct_place(fit: ptr32, x: int, y: int, circle: ptr16, angle: int, place: ptr32) -> int:
+    """Writes PLACE from the direct reader's pose and the orientation line's angle in the picture.
+
+    fit: FIT, area 0..2**20; angle: clockwise, 0..65535 of a turn; circle: fixed.COSINE. Returns 1, or 0 for a
+    shape that no marker has."""
+    radius = int(fit[_FIT_RADIUS_Q8])
+    e1 = ((int(fit[_FIT_BULGE_COS]) - _BIAS) << 12) // radius
+    e2 = ((int(fit[_FIT_BULGE_SIN]) - _BIAS) << 12) // radius
+    # the middle of the rings' centres lies by 13/18 of the bend beside the true centre
+    hx = (int(fit[_FIT_X_Q10]) - int(fit[_FIT_TRUE_X_Q10])) * 5671 // radius
+    hy = (int(fit[_FIT_Y_Q10]) - int(fit[_FIT_TRUE_Y_Q10])) * 5671 // radius
+    if e1 > _BENT_MOST or e2 > _BENT_MOST or hx > _BENT_MOST or hy > _BENT_MOST:
+        return 0
+    if e1 < 0 - _BENT_MOST or e2 < 0 - _BENT_MOST or hx < 0 - _BENT_MOST or hy < 0 - _BENT_MOST:
+        return 0
+    place[_PLACE_X_Q8] = (int(fit[_FIT_TRUE_X_Q10]) - (_BIAS - 2)) >> 2
+    place[_PLACE_Y_Q8] = (int(fit[_FIT_TRUE_Y_Q10]) - (_BIAS - 2)) >> 2
+    place[_PLACE_RADIUS_Q8] = radius
+    place[_PLACE_E1_Q14] = e1 + _BIAS
+    place[_PLACE_E2_Q14] = e2 + _BIAS
+    place[_PLACE_HX_Q14] = hx + _BIAS
+    place[_PLACE_HY_Q14] = hy + _BIAS
+    x = angle >> 8
+    y = angle & 255
+    cosine = int(circle[x])
+    cosine = cosine + (((int(circle[x + 1]) - cosine) * y) >> 8) - 32768
+    x = (x + 64) & 255
+    sine = int(circle[x])
+    sine = 32768 - sine - (((int(circle[x + 1]) - sine) * y) >> 8)
+    # in the marker's plane the line lies where the ellipse is undone; of length 1 again, nearly
+    x = cosine - ((e1 * cosine + e2 * sine) >> 14)
+    y = sine - ((e2 * cosine - e1 * sine) >> 14)
+    length = 49152 - ((x * x + y * y) >> 14)
+    place[_PLACE_COSINE_Q14] = ((x * length) >> 15) + _BIAS
+    place[_PLACE_SINE_Q14] = ((y * length) >> 15) + _BIAS
+    x = (int(fit[_FIT_AREA]) << 8) // ((radius * int(fit[_FIT_LINE_Q10]) >> 10) + 1)
+    if x < 1:
+        x = 1
+    place[_PLACE_DEPTH] = x
+    return 1
+
+
+@micropython.viper
 def cell_depths(
-    x: int, y: int, slot: int, image: ptr8, log: ptr16, axes: ptr16, pose: ptr32, result: ptr32
+    position: int, x: int, y: int, image: ptr8, log: ptr16, axes: ptr16, place: ptr32, result: ptr32
 ) -> int:  # fmt: skip
     """How dark each of the 24 cells is, from the nearest pixels: six in it and four of white beside it.
 
-    pose: PLACE, centre within the frame or at most a radius outside, radius 1024..20480, shape within +-4096
+    place: PLACE, centre within the frame or at most a radius outside, radius 1024..20480, shape within +-4096
     of BIAS; axes: tables.CELL_AXES, cosine and sine of the six cells of a quarter turn.
     result: of each cell 256 * darkness / depth + BIAS, 0 when a pixel lies outside the frame; then of each
     the mean brightness in it, then of the white beside it, log units. Returns the number of cells that lie
     inside the frame."""
-    width = int(pose[_PLACE_WIDTH])
-    height = int(pose[_PLACE_HEIGHT])
+    width = int(place[_PLACE_WIDTH])
+    right = (width << 8) - 1
+    bottom = (int(place[_PLACE_HEIGHT]) << 8) - 1
+    radius = int(place[_PLACE_RADIUS_Q8])
+    unit = int(place[_PLACE_DEPTH]) * 12
+    cx = int(place[_PLACE_X_Q8]) + 128
+    cy = int(place[_PLACE_Y_Q8]) + 128
     inside = 0
     cell = 0
     while cell < 24:
         # direction of the cell: counterclockwise by whole quarters, then by its angle within one
-        cosine = int(pose[_PLACE_COSINE_Q14]) - _BIAS
-        sine = int(pose[_PLACE_SINE_Q14]) - _BIAS
-        slot = cell
-        while slot >= 6:
-            x = cosine
-            cosine = sine
-            sine = 0 - x
-            slot -= 6
-        x = int(axes[slot + slot])
-        y = int(axes[slot + slot + 1])
-        vx = (cosine * x + sine * y) >> 14
-        vy = (sine * x - cosine * y) >> 14
-        dx = int(pose[_PLACE_E1_Q14]) - _BIAS
-        dy = int(pose[_PLACE_E2_Q14]) - _BIAS
-        bend = ((int(pose[_PLACE_HX_Q14]) - _BIAS) * vx + (int(pose[_PLACE_HY_Q14]) - _BIAS) * vy) >> 14
-        x = vx + ((dx * vx + dy * vy) >> 14)
-        dy = vy + ((dy * vx - dx * vy) >> 14)
-        dx = x
+        dx = int(place[_PLACE_COSINE_Q14]) - _BIAS
+        dy = int(place[_PLACE_SINE_Q14]) - _BIAS
+        position = cell
+        while position >= 6:
+            x = dx
+            dx = dy
+            dy = 0 - x
+            position -= 6
+        x = int(axes[position + position])
+        y = int(axes[position + position + 1])
+        vx = (dx * x + dy * y) >> 14
+        vy = (dy * x - dx * y) >> 14
+        x = int(place[_PLACE_E1_Q14]) - _BIAS
+        y = int(place[_PLACE_E2_Q14]) - _BIAS
+        bend = ((int(place[_PLACE_HX_Q14]) - _BIAS) * vx + (int(place[_PLACE_HY_Q14]) - _BIAS) * vy) >> 14
+        dx = (radius * (vx + ((x * vx + y * vy) >> 14))) >> 14
+        dy = (radius * (vy + ((y * vx - x * vy) >> 14))) >> 14
         beside = 0
         within = 0
-        whole = 1
         ring = 0
         while ring < 4:
-            u = int(pose[_PLACE_RADII_Q10 + ring])
-            u = u + (((u * u >> 10) * bend) >> 14)
-            radius = (int(pose[_PLACE_RADIUS_Q8]) * u) >> 10
-            step = (radius * _TANGENT_Q14) >> 14
-            step_x = (step * dy) >> 14
-            step_y = (step * dx) >> 14
-            x = int(pose[_PLACE_X_Q8]) + ((radius * dx) >> 14) + step_x + 128
-            y = int(pose[_PLACE_Y_Q8]) + ((radius * dy) >> 14) - step_y + 128
-            sum = 0
-            slot = 0
-            while slot < 3:
-                # beside a cell the outer two will do
-                if slot != 1 or ring > 1:
-                    if x < 0 or y < 0 or (x >> 8) >= width or (y >> 8) >= height:
-                        whole = 0
-                    else:
-                        sum += int(log[int(image[(y >> 8) * width + (x >> 8)])])
-                x -= step_x
-                y += step_y
-                slot += 1
-            if ring < 2:
-                beside += sum
+            position = int(place[_PLACE_RADII_Q10 + ring])
+            position = position + ((((position * position) >> 10) * bend) >> 14)
+            vx = (dx * position) >> 10
+            vy = (dy * position) >> 10
+            step_x = (vy * _TANGENT_Q14) >> 14
+            step_y = (vx * _TANGENT_Q14) >> 14
+            x = cx + vx + step_x
+            y = cy + vy - step_y
+            vx = x - step_x - step_x
+            vy = y + step_y + step_y
+            if x < 0 or y < 0 or x > right or y > bottom or vx < 0 or vy < 0 or vx > right or vy > bottom:
+                ring = 8
             else:
-                within += sum
-            ring += 1
-        if whole:
+                sum = int(log[int(image[(y >> 8) * width + (x >> 8)])])
+                sum += int(log[int(image[(vy >> 8) * width + (vx >> 8)])])
+                if ring < 2:
+                    beside += sum
+                else:
+                    within += sum + int(log[int(image[((y + step_y) >> 8) * width + ((x - step_x) >> 8)])])
+                ring += 1
+        result[cell] = 0
+        if ring == 4:
             inside += 1
-            x = ((beside * 3 - within * 2) << 8) // (int(pose[_PLACE_DEPTH]) * 12) + _BIAS
+            x = ((beside * 3 - within * 2) << 8) // unit + _BIAS
             if x < 1:
                 x = 1
             result[cell] = x
-        else:
-            result[cell] = 0
         result[24 + cell] = within // 6
         result[48 + cell] = beside >> 2
         cell += 1
@@ -131,6 +182,13 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
     something that hides them all. weights has 25 items, the last for the usual white, log units.
     Returns how many cells were looked at, 0 when too few."""
     count = 0
+    low = 1 << 29  # the fourth lowest, in items 0 .. 3, and the fourth highest, in items 4 .. 7
+    high = 0
+    i = 0
+    while i < 4:
+        scratch[i] = low
+        scratch[4 + i] = high
+        i += 1
     i = 0
     while i < 24:
         value = int(depths[i])
@@ -139,17 +197,24 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
             value = 0
         weights[i] = value
         if value:
-            slot = count
-            while slot > 0 and int(scratch[slot - 1]) > value:
-                scratch[slot] = int(scratch[slot - 1])
-                slot -= 1
-            scratch[slot] = value
             count += 1
+            if value < low:
+                slot = 3
+                while slot > 0 and int(scratch[slot - 1]) > value:
+                    scratch[slot] = int(scratch[slot - 1])
+                    slot -= 1
+                scratch[slot] = value
+                low = int(scratch[3])
+            if value > high:
+                slot = 7
+                while slot > 4 and int(scratch[slot - 1]) < value:
+                    scratch[slot] = int(scratch[slot - 1])
+                    slot -= 1
+                scratch[slot] = value
+                high = int(scratch[7])
         i += 1
     if count < _LEAST_CELLS:
         return 0
-    low = int(scratch[3])
-    high = int(scratch[count - 4])
     if high < _DARK:
         low = _BIAS
         high = _BIAS + 256
@@ -238,6 +303,7 @@ def likeliest_words(
     shift = int(lines[3])
     hard = 0
     blank = 0
+    least = 1 << 20
     i = 0
     while i < 24:
         j = i + shift
@@ -246,9 +312,43 @@ def likeliest_words(
         value = int(weights[j]) - _BIAS
         if value > 0:
             hard = hard | (1 << i)
-        elif value == 0:
-            blank += 1
         else:
+            value = 0 - value
+        if value < least:
+            least = value
+        i += 1
+    code = 0
+    i = 0
+    while i < 3:
+        if int(lines[i]) > _BIAS:
+            code = code | (1 << i)
+        i += 1
+    # mostly the cells as they look are a word: every other one contradicts eight of them
+    word = 0
+    marker_id = 0
+    i = 0
+    while i < 12:
+        if (hard >> int(generator[24 + i])) & 1:
+            word = word ^ int(generator[i + i]) ^ (int(generator[i + i + 1]) << 16)
+            marker_id = marker_id | (1 << i)
+        i += 1
+    if word == hard and least >= _ALL_TELL:
+        if marker_id == 0 or (marker_id & 7 == code and marker_id > 7 and marker_id != 4095):
+            result[_WORD_ID] = marker_id
+            result[_WORD_COST] = 0
+            result[_WORD_SECOND] = least << 3
+            result[_WORD_CONTRADICTED] = 0
+            result[_WORD_BLANK] = 0
+            return 4096
+    i = 0
+    while i < 24:
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j]) - _BIAS
+        if value == 0:
+            blank += 1
+        if value < 0:
             value = 0 - value
         value = (value << 5) | i
         j = i
@@ -320,12 +420,6 @@ def likeliest_words(
             marker_id = marker_id ^ int(rows[13 + i])
         i += 1
     word = word ^ hard  # from here on, what a word contradicts
-    code = 0
-    i = 0
-    while i < 3:
-        if int(lines[i]) > _BIAS:
-            code = code | (1 << i)
-        i += 1
     best = 1 << 20
     best_id = 4096
     best_word = 0
