@@ -47,6 +47,7 @@ _ALL_WHITE = const(20)  # cells that must have been looked at, for none of them 
 _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
 _ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
 _ALL_TELL = const(24)  # the least telling cell of those that are as a word has them
+_SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
 _BENT_MOST = const(4096)
 _TANGENT_Q14 = const(572)  # of 2 degrees, between the samples at one radius
@@ -267,6 +268,17 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, weights: ptr
         off = int(depths[48 + i]) - white
         if off < 0:
             off = 0 - off
+            if off > _SHADE and int(depths[i]):
+                # in a shadow ink is less dark against the white beside it
+                value = int(depths[i]) - middle + (middle - low) * off // 768
+                value = value * 83 // half
+                if value > 64:
+                    value = 64
+                if value < 0 - 64:
+                    value = 0 - 64
+                if value < 17 and value > 0 - 17:
+                    value = 0
+                weights[i] = value + _BIAS
         off = _TONE + (_TONE >> 1) - off
         if value > 0:
             off += _TONE + (_TONE >> 1)

@@ -1,0 +1,120 @@
+"""What cells that were measured tell: weights, the likeliest words, and the limits of a decision."""
+
+from array import array
+
+from larics.coded.cell_reader import PLAIN, UNKNOWN, CellReader
+from larics.marker import golay
+from larics.marker.id_set import id_set
+
+BIAS = 1 << 24
+WHITE = 900
+ID = 1261  # lines of 5
+
+
+def reader(allowed=None, mirrored=False):
+    return CellReader(360, 296, id_set(allowed, True, False), array("i", bytes(4 * 400)), mirrored)
+
+
+def show(cells, marker_id, turn=0):
+    """As a sharp picture shows the cells of a marker; `turn` quarter turns clockwise."""
+    dark = golay.cells(marker_id) if marker_id > 7 else 0
+    for cell in range(24):
+        is_dark = dark >> (cell + 6 * turn) % 24 & 1
+        cells.depths[cell] = BIAS + (360 if is_dark else 0)
+        cells.depths[24 + cell] = WHITE - (360 if is_dark else 0)
+        cells.depths[48 + cell] = WHITE
+    return dark
+
+
+def cover(cells, which, tone):
+    """Hides cells under something of another tone."""
+    for cell in which:
+        cells.depths[cell] = BIAS
+        cells.depths[24 + cell] = cells.depths[48 + cell] = tone
+
+
+def test_what_is_shown_is_told():
+    cells = reader()
+    for marker_id in (9, ID, 4094):
+        show(cells, marker_id)
+        assert cells.decide(marker_id & 7) == marker_id and cells.margin == 255
+        assert cells.decide(0) == marker_id
+    show(cells, 3)
+    assert cells.decide(3) == PLAIN and cells.margin == 255
+
+
+def test_lines_must_agree():
+    cells = reader()
+    show(cells, ID)
+    assert cells.decide(4) == UNKNOWN
+    mirror = reader(mirrored=True)
+    show(mirror, ID)
+    for cell in range(12):
+        for row in range(3):
+            a, b = 24 * row + cell, 24 * row + 23 - cell
+            mirror.depths[a], mirror.depths[b] = mirror.depths[b], mirror.depths[a]
+    assert mirror.decide(5) == ID  # the lines of 5 are those of 5 in a mirror
+
+
+def test_what_is_covered_is_left_out_by_its_tone():
+    cells = reader()
+    show(cells, ID)
+    whole = cells.margin
+    cover(cells, range(6), WHITE - 250)
+    assert cells.decide(5) == ID
+    # of the same tone as the plate it looks like white cells that contradict the word
+    show(cells, ID)
+    cover(cells, range(12), WHITE)
+    assert cells.decide(5) == UNKNOWN
+    show(cells, ID)
+    cover(cells, range(16), WHITE - 250)
+    assert cells.decide(5) == UNKNOWN and whole == 0
+
+
+def test_fewer_rivals_let_more_be_covered():
+    for marker_id in (122, 1261, 2222, 3973):
+        told = []
+        for allowed in (None, [122, 1261, 2222, 3973]):
+            cells = reader(allowed)
+            show(cells, marker_id)
+            cover(cells, range(11), WHITE - 250)
+            told.append(cells.decide(0))
+        assert told[1] == marker_id and told[0] in (UNKNOWN, marker_id)
+
+
+def test_ink_in_a_shadow_is_less_dark():
+    cells = reader()
+    dark = show(cells, ID)
+    for cell in range(9):
+        cells.depths[48 + cell] = WHITE - 220
+        cells.depths[cell] = BIAS + (200 if dark >> cell & 1 else 0)
+    assert cells.decide(5) == ID and cells.margin > 80
+
+
+def test_three_contradictions_are_no_id():
+    cells = reader()
+    dark = show(cells, ID)
+    wrong = [cell for cell in range(24) if dark >> cell & 1]
+    cover(cells, wrong[:1], WHITE)
+    assert cells.decide(5) == ID
+    cover(cells, wrong[:3], WHITE)
+    assert cells.decide(5) == UNKNOWN
+
+
+def test_too_few_cells_tell_nothing():
+    cells = reader()
+    show(cells, ID)
+    for cell in range(13):
+        cells.depths[cell] = 0  # outside the frame
+    assert cells.decide(5) == UNKNOWN
+
+
+def test_the_turn_is_found_and_the_empty_word_has_none():
+    cells = reader()
+    for turn in range(4):
+        show(cells, ID, turn)
+        seen = [0, 0, 0, 0]
+        assert cells.find_turn(seen, 15) == (4 - turn) % 4
+        assert cells.find_turn(seen, 15 & ~(1 << (4 - turn) % 4)) == -1
+    show(cells, 3)
+    assert cells.find_turn([0, 64, 0, 64], 15) == -1
