@@ -40,6 +40,89 @@ def _choose_executor():
 EXECUTOR, _numba = _choose_executor()
 
 
+def _usable(folder):
+    """Whether files can be made in a folder of this user's own; makes it."""
+    import tempfile
+
+    try:
+        os.makedirs(folder, 0o700, exist_ok=True)
+        if hasattr(os, "getuid") and os.stat(folder).st_uid != os.getuid():
+            return False  # what somebody else put there would be executed
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
+
+
+def _choose_cache(home, packages, temporary):
+    """(folder for compiled loops, None for numba's own choice; whether they can be kept; a line to tell).
+
+    home: the package's folder, where numba keeps them when it can; packages: those beside it whose compiled
+    loops, from whoever installed them, are taken along; temporary: where they go at the worst."""
+    beside = os.path.join(home, "__pycache__")
+    if os.access(home, os.W_OK) and _usable(beside):
+        return None, True, None
+    own = os.path.join(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "larics-loops")
+    line = None
+    folder = own
+    if not _usable(own):
+        folder = temporary
+        where = (folder, home, own)
+        line = "larics: compiled loops are kept in %s, as neither %s nor %s can be written" % where
+        if not folder or not _usable(folder):
+            return None, False, "larics: no folder can be written: the loops are compiled anew each time"
+    _take_along(packages, folder)
+    return folder, True, line
+
+
+def _take_along(packages, folder):
+    """Copies what was compiled at the installation: numba reads only where it may write."""
+    import hashlib
+    import shutil
+
+    for package in packages:
+        for directory, _, names in os.walk(package):
+            if os.path.basename(directory) != "__pycache__":
+                continue
+            source = os.path.dirname(directory)
+            # as numba names it
+            name = "%s_%s" % (os.path.basename(source), hashlib.sha1(source.encode()).hexdigest())
+            for file in names:
+                target = os.path.join(folder, name, file)
+                if file.endswith((".nbi", ".nbc")) and not os.path.exists(target):
+                    try:
+                        os.makedirs(os.path.dirname(target), exist_ok=True)
+                        shutil.copyfile(os.path.join(directory, file), target)
+                    except OSError:
+                        return
+
+
+def _keep_compiled():
+    """Sees to a folder for compiled loops before any is compiled; False when there is none."""
+    if _numba is None or _numba.config.CACHE_DIR:
+        return _numba is not None
+    import sys
+    import tempfile
+
+    home = os.path.dirname(os.path.abspath(__file__))
+    try:
+        name = "larics-loops-%d" % os.getuid() if hasattr(os, "getuid") else "larics-loops"
+        temporary = os.path.join(tempfile.gettempdir(), name)
+    except OSError:
+        temporary = None
+    packages = [home, os.path.join(os.path.dirname(os.path.dirname(home)), "host", "larics_host")]
+    packages.append(os.path.join(os.path.dirname(home), "larics_host"))
+    folder, kept, line = _choose_cache(home, packages, temporary)
+    if folder:
+        _numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = folder  # processes begun here take it, too
+    if line:
+        print(line, file=sys.stderr)
+    return kept
+
+
+KEEPS_COMPILED = _keep_compiled()
+
+
 class _Pointer:
     __slots__ = ("items",)
 
@@ -203,7 +286,7 @@ if EXECUTOR == "numba":
         )
         body.__module__ = function.__module__
         body.__qualname__ = function.__qualname__
-        return _numba.njit(cache=True)(body)
+        return _numba.njit(cache=KEEPS_COMPILED)(body)
 else:
 
     def _viper(function):

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 from pathlib import Path
 
+from larics_host.compilation import told
 from larics_host.drive.command import add_loop_arguments, run_loop
 from larics_host.drive.desk_options import add_desk_arguments
 from larics_host.errors import EXIT_INTERRUPTED, UserError
@@ -234,7 +236,8 @@ def run(args: argparse.Namespace) -> int:
         ):
             write_file(folder / "scene.json", json.dumps(facts, indent=2) + "\n")
             for index in watched(range(count), count, quiet_stdout=True):
-                frame, truths = render(index)
+                with told("render", "the renderer") if not index else contextlib.nullcontext():
+                    frame, truths = render(index)
                 path = folder / truths[0].frame
                 write_frame(path, frame)
                 try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import time
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from larics_host.compilation import told
 from larics_host.detection import detectors
 from larics_host.errors import UserError, report_once, withheld, withhold
 from larics_host.images.frame_sources import STILL_EXTENSIONS, list_sources, read_source
@@ -81,7 +83,8 @@ class _Work:
         if isinstance(detector, UserError):
             return Result(name, width, height, error="%s: %s" % (name, detector))
         start = time.perf_counter()
-        found = [detectors.as_dict(one) for one in detector.detect(frame)]
+        with told("kernels", "the detection") if fresh else contextlib.nullcontext():
+            found = [detectors.as_dict(one) for one in detector.detect(frame)]
         ms = None if fresh else 1000 * (time.perf_counter() - start)
         return Result(name, width, height, found, ms, None, frame if self._keep else None)
 

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from numba import njit
+from larics_host.compilation import njit
 
 if TYPE_CHECKING:
     import numpy as np

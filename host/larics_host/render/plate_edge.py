@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from larics_host.compilation import njit
 from larics_host.render.painters import texture_at
 
 JAG_CELL_MM = 12.0

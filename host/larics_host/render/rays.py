@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from larics_host.compilation import njit
 from larics_host.render.finish import (
     CURL,
     CURL_COS,

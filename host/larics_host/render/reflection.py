@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from larics_host.compilation import njit
 from larics_host.render import painters
 from larics_host.render.finish import CURL, CURL_COS, CURL_SIN, JAG, SHEET
 from larics_host.render.painters import BOX, DISC, ROD

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
-from numba import njit
 
+from larics_host.compilation import njit
 from larics_host.render.defects import Defects
 from larics_host.render.flicker import Flicker
 from larics_host.render.lens_dirt import look_through
