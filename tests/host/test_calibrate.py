@@ -87,12 +87,23 @@ def test_focal_length_alone(recordings, tmp_path, capsys):
     assert found["tilt_forward_cdeg"] == forward and "mm per px" in capsys.readouterr().out
 
 
+def test_a_calibration_for_another_frame_size_is_begun_anew(recordings, tmp_path, capsys):
+    known, out = tmp_path / "known.json", tmp_path / "o.json"
+    known.write_text('{"width": 640, "height": 480, "focal_q8": 256000, "k1_e5": 1000, "center_x_q8": 70000}')
+    options = ("--height-mm", str(HEIGHT_MM), "--settings", str(known), "-o", str(out))
+    assert calibrate("--places", recordings["places"], *options) == 0
+    assert "calibrated for frames of 640 x 480 px, these are 360 x 296: begun anew" in capsys.readouterr().out
+    found = json.loads(out.read_text())
+    assert (found["width"], found["height"], found["center_x_q8"]) == (360, 296, 0)
+    assert found["focal_q8"] / 256 == pytest.approx(FOCAL, rel=0.002)
+
+
 def test_what_is_known_is_kept(recordings, tmp_path):
     base, out = tmp_path / "base.json", tmp_path / "out.json"
     mount, forward, left = (round(100 * angle) for angle in mounting.angles(CAMERA.rotation))
     base.write_text(json.dumps({
         "focal_q8": round(FOCAL * 256), "k1_e5": -12000, "mount_cdeg": mount % 36000, "tilt_left_cdeg": left,
-        "tilt_forward_cdeg": forward, "route": [1, 2], "camera_z_mm10": 1000,
+        "tilt_forward_cdeg": forward, "route": [1, 2], "camera_z_mm10": 1000, "width": 360, "height": 296,
     }))  # fmt: skip
     arguments = ["--turn", recordings["turn"], "--height-mm", str(HEIGHT_MM), "--settings", str(base)]
     assert calibrate(*arguments, "-o", str(out)) == 0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from larics_host.detection import batch
-from larics_host.errors import UserError
+from larics_host.errors import UserError, report
 from larics_host.progress import watched
 from larics_host.wording import counted
 
@@ -44,29 +44,51 @@ class Observations(NamedTuple):
         return Counter(self.marker_id.tolist()).most_common(1)[0][0]
 
 
-def observe(paths: Iterable[StrPath], options: DetectionOptions, jobs: int | None = None) -> Observations:
-    """What a detection with `options` sees in all frames behind `paths`; markers at the border and those
-    whose ID is uncertain are left out. UserError when there is none, one cannot be
-    read, or frames differ in size."""
+def _rows(paths, options, jobs):
+    """(rows, sizes of frames, number of frames, copies of frames that were left out)."""
     rows = []
     sizes = set()
-    frames = 0
+    known = set()
+    frames = copies = 0
     for result in watched(
         batch.detect_all(paths, options, jobs), batch.count_frames(paths)[0], quiet_stdout=True
     ):
         if result.found is None:
             raise UserError(result.error)
         sizes.add((result.width, result.height))
-        for one in result.found:
-            if not _UNWANTED & set(one["flags"]):
-                rows.append((frames, one["id"], one["x"], one["y"], one["radius"], one["heading"]))
         frames += 1
+        seen = [
+            (one["id"], one["x"], one["y"], one["radius"], one["heading"])
+            for one in result.found
+            if not _UNWANTED & set(one["flags"])
+        ]
+        # no sensor repeats its noise, nor a detection its last digit
+        if seen and tuple(seen) in known:
+            copies += 1
+            continue
+        known.add(tuple(seen))
+        rows += [(frames - 1, *one) for one in seen]
+    return rows, sizes, frames, copies
+
+
+def observe(paths: Iterable[StrPath], options: DetectionOptions, jobs: int | None = None) -> Observations:
+    """What a detection with `options` sees in all frames behind `paths`; markers at the border and those
+    whose ID is uncertain are left out. UserError when there is none, one cannot be
+    read, or frames differ in size."""
+    rows, sizes, frames, copies = _rows(paths, options, jobs)
     name = ", ".join(map(str, paths))
     if not rows:
-        raise UserError(
-            "no marker with a certain ID in %s (%s): try --radius-px" % (name, counted(frames, "frame"))
-        )
+        hint = "try --radius-px"
+        turned = options._replace(mirrored=not options.mirrored)
+        if _rows(paths, turned, jobs)[0]:  # nothing else reads a marker the wrong way round
+            hint = "they are read in the mirror, so %s"
+            hint %= "do without --mirrored" if options.mirrored else "the camera is mirrored: give --mirrored"
+        raise UserError("no marker with a certain ID in %s (%s): %s" % (name, counted(frames, "frame"), hint))
+    if copies:
+        what = "a copy of a frame" if copies == 1 else "%d copies of frames" % copies
+        report("%s in %s left out: a copy says nothing new" % (what, name))
     if len(sizes) > 1:
         raise UserError("the frames of %s differ in size: a calibration is for one size" % name)
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return Observations(*sizes.pop(), frames, *columns)
+    width, height = sizes.pop()
+    return Observations(width, height, frames, *columns)

@@ -134,14 +134,28 @@ class _Calibration:
         from larics_host.calibration.camera_model import model_of
         from larics_host.calibration.observe import observe
 
-        seen = observe(paths, options, self.args.jobs)
+        mirrored = options.mirrored or self.settings.mirrored
+        seen = observe(paths, options._replace(mirrored=mirrored), self.args.jobs)
         if self.model is None:
+            self._suit(seen, mirrored)
             self.model = model_of(self.settings, seen.width, seen.height)
         if (seen.width, seen.height) != (self.model.width, self.model.height):
             raise UserError("the recordings differ in frame size: a calibration is for one size")
         counts = counted(seen.frames, "frame"), counted(len(seen.x_px), "marker")
         print("%s: %s, %s" % (", ".join(paths), *counts))
         return seen
+
+    def _suit(self, seen, mirrored):
+        """A calibration that is there already is for its frame size; --mirrored becomes a setting."""
+        if mirrored and not self.settings.mirrored:
+            self.changes["mirrored"] = True
+        reason = camera_settings.calibrated_for(self.settings, seen.width, seen.height)
+        if reason and not self.args.places:
+            raise UserError("%s: give --places of this size too" % reason)
+        if reason:
+            print("%s: begun anew" % reason)
+            self.changes.update(dict.fromkeys(_OF_SIZE, 0))
+        self.settings.update({"width": seen.width, "height": seen.height, **self.changes})
 
     def _keep(self):
         from larics_host.calibration.camera_model import settings_of
@@ -224,6 +238,7 @@ class _Calibration:
         files.write_file(path, draw(plots))
 
 
+_OF_SIZE = ("focal_q8", "center_x_q8", "center_y_q8", "k1_e5", "k2_e5")
 _NAMES = {
     "focal_px": ("focal length", "px"),
     "tilt_forward_deg": ("tilt, forward", "deg"),

@@ -30,6 +30,9 @@ larics marker --suggest 60                            # which to print for 60 pl
 MIN_RADIUS_MM, MAX_RADIUS_MM = 5, 2000
 
 
+_PAPERS = ("a4", "a3", "letter", "legal", "tabloid", "plate")
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "ids",
@@ -57,9 +60,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--paper",
-        choices=("a4", "a3", "plate"),
-        help="PDF only: a4 (default), a3, or plate: one page as large as the marker, for a print shop",
+        choices=_PAPERS,
+        help="PDF only: a4 (default), a3, letter, legal, tabloid, or plate: one page as large as the marker, "
+        "for a print shop",
     )
+    parser.add_argument("--force", action="store_true", help="overwrite an existing file")
     parser.add_argument("--dpi", type=float, help="PNG only: pixels an inch (default 300)")
     parser.add_argument(
         "--allow-id0", action="store_true", help="allow ID 0, which clutter imitates most easily"
@@ -142,7 +147,7 @@ def run(args: argparse.Namespace) -> int:
     ids = parse_ids(args.ids, args.family, args.allow_id0)
     kind = args.output.lower()
     if args.sheet and (not kind.endswith(".pdf") or args.paper == "plate"):
-        raise UserError("--sheet is for PDF on a4 or a3")
+        raise UserError("--sheet is for PDF on paper")
     if args.paper and kind.endswith((".svg", ".png")):
         raise UserError("--paper is for PDF; SVG and PNG hold the whole marker")
     if args.dpi is not None and not kind.endswith(".png"):
@@ -150,7 +155,9 @@ def run(args: argparse.Namespace) -> int:
     dpi = 300.0 if args.dpi is None else args.dpi
     if not 1 <= dpi <= 10000:
         raise UserError("--dpi %g is out of range: use 1 to 10000" % dpi)
-    for path in printing.write_markers(family, ids, args.output, args.paper or "a4", dpi, args.sheet):
+    for path in printing.write_markers(
+        family, ids, args.output, args.paper or "a4", dpi, args.sheet, args.force
+    ):
         print("wrote %s" % path)
     smallest = min(family.smallest_mm10(marker_id) for marker_id in ids) / 10
     print("%s, smallest printed feature %g mm" % (counted(len(ids), "marker"), smallest))

@@ -60,6 +60,8 @@ def run(args: argparse.Namespace) -> int:
     file: Any = tools.read_file(args.file) if args.action in ("restore", "check") else None
     if args.action == "check":
         print("%s: %s, all allowed" % (args.file, counted(len(file), "setting")))
+        for line in tools.doubts(tools.checked(file)):
+            print("doubt: " + line)
         return 0
     if args.action == "diff" and args.file:
         file = tools.read_file(args.file)
@@ -129,10 +131,13 @@ def _get(args, client, _):
 def _set(args, client, changes):
     from larics.settings import field
     from larics.settings.fields import RESTART
-    from larics_host.connection.camera_settings import apply, read_all
+    from larics_host.connection.camera_settings import apply, checked, doubts, read_all
 
-    sent = apply(client, read_all(client), changes)
+    current = read_all(client)
+    sent = apply(client, current, changes)
     print("changed: %s" % ", ".join(sent) if sent else "the camera has these values already")
+    for line in doubts(checked({**current, **changes})):
+        print("doubt: " + line)
     waiting = [name for name in sent if field(name).rebuilds & RESTART]
     if waiting:
         print("in use after a restart: %s" % ", ".join(waiting))

@@ -73,6 +73,7 @@ def apply(client: Client, current: dict[str, Any], changes: dict[str, Any]) -> l
     the camera has by then. Raises UserError.
     """
     wanted = checked({**current, **changes}).as_dict()
+    _refuse_other_size(current, wanted, changes)
     steps = differences(current, wanted)
     camera = checked(current)
     order = []
@@ -91,6 +92,39 @@ def apply(client: Client, current: dict[str, Any], changes: dict[str, Any]) -> l
         if _plain(client.get(name)) != value:
             raise UserError("the camera took %s but reports another value" % name)
     return [name for name, _, _ in order]
+
+
+def _refuse_other_size(current, wanted, changes):
+    """A calibration is for the frame size that it was made with: width and height stand beside it."""
+    size, before = (wanted["width"], wanted["height"]), (current["width"], current["height"])
+    if size == before or not wanted["focal_q8"] or "focal_q8" in changes:
+        return
+    raise UserError(
+        "the calibration is for frames of %d x %d px, not %d x %d: calibrate anew for those, or set "
+        "focal_q8 with the size (0: not calibrated)" % (*before, *size)
+    )
+
+
+def calibrated_for(settings: Any, width: int, height: int) -> str | None:
+    """None when frames of this size suit the calibration in the settings, else why not."""
+    if not settings.focal_q8 or (settings.width, settings.height) == (width, height):
+        return None
+    sizes = (settings.width, settings.height, width, height)
+    return "the settings are calibrated for frames of %d x %d px, these are %d x %d" % sizes
+
+
+def doubts(settings: Any) -> list[str]:
+    """What is allowed and yet does not fit together, one line each."""
+    if not settings.focal_q8 or not settings.ceiling_mm10:
+        return []
+    height_mm10 = settings.ceiling_mm10 - settings.camera_z_mm10
+    radius_px = settings.focal_q8 / 256 * settings.outer_mm10 / height_mm10
+    low, high = settings.radius_min_px, settings.radius_max_px
+    if low <= radius_px <= high:
+        return []
+    ring = settings.outer_mm10, settings.ceiling_mm10, radius_px
+    text = "a ring of outer_mm10 = %d at ceiling_mm10 = %d has a radius of %.0f px, " % ring
+    return [text + "outside radius_min_px = %d to radius_max_px = %d: one of them is wrong" % (low, high)]
 
 
 def parse_value(name: str, text: str) -> Any:

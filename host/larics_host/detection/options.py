@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from larics.marker import FAMILY_NAMES, ids_in_words, is_used
 from larics.marker.verdicts import MARGIN_MIN
 from larics_host.detection import detectors
+from larics_host.detection.mirrored import MirroredDetector
 from larics_host.errors import UserError
 from larics_host.marker_ids import parse_ids
 
@@ -28,10 +29,14 @@ class DetectionOptions(NamedTuple):
     margin_min: int = MARGIN_MIN
     second_opinion: bool = True
     family: str = "coded"
+    mirrored: bool = False
 
     def make(self, width: int, height: int) -> AnyDetector:
         """A detector for frames of this size; UserError when there cannot be one."""
-        return detectors.make_detector(width=width, height=height, **self._asdict())
+        values = self._asdict()
+        mirrored = values.pop("mirrored")
+        detector = detectors.make_detector(width=width, height=height, **values)
+        return MirroredDetector(detector, width, height) if mirrored else detector
 
 
 def _radius_range(text):
@@ -102,6 +107,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="do not look again for markers that are blurred, tiny or faint",
     )
 
+    parser.add_argument(
+        "--mirrored", action="store_true", help="the camera shows left and right exchanged, as in a mirror"
+    )
+
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
@@ -139,4 +148,5 @@ def from_args(args: argparse.Namespace) -> DetectionOptions:
         args.margin_min,
         args.second_opinion,
         args.family,
+        args.mirrored,
     )

@@ -49,9 +49,24 @@ def problems(
             reason = map_reason([other, row], *rules)
             if reason:
                 found.append("%s (at %d, %d and %d, %d mm)" % (reason, *other[1:3], *row[1:3]))
+    found += _radians(hall)
     found += _far_apart(rows, reach_mm)
     found += _wrong_distances(rows, distances)
     return found or _bad_route(hall.route, rows, rules, reach_mm)
+
+
+def _radians(hall):
+    """Headings that only make sense as radians: all within a turn of them, and no whole degrees."""
+    headings = [marker.heading_deg for marker in hall.markers]
+    # -pi..pi has become 0..pi and 356.8..360
+    small = [(heading + 180) % 360 - 180 for heading in headings]
+    within = all(-3.15 <= one <= 6.3 for one in small)
+    turned = [one for one in small if abs(one) > 0.01]
+    if not turned or not within or all(abs(one - round(one)) < 1e-6 for one in turned):
+        return
+    quarters = sum(abs(one / (math.pi / 4) - round(one / (math.pi / 4))) < 0.005 for one in turned)
+    if 2 * quarters >= len(turned) or max(turned) - min(turned) > 3:
+        yield "all headings lie within %.4g to %.4g degrees: are they radians?" % (min(small), max(small))
 
 
 def _apart(a, b):

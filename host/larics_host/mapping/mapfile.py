@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 VERSION = 1
 _FIELDS = ("id", "x_mm", "y_mm", "heading_deg", "height_mm", "radius_mm")
 _REQUIRED = _FIELDS[:4]
+_HEADING_MOST_DEG = 720.0  # more is no angle that somebody measured
 
 
 @dataclass
@@ -87,6 +88,10 @@ def _marker(values, where):
             raise UserError("%s: %s is %r, not a number" % (where, name, value))
     if numbers["id"] != int(numbers["id"]):
         raise UserError("%s: id is %r, not a whole number" % (where, values["id"]))
+    if abs(numbers["heading_deg"]) > _HEADING_MOST_DEG:
+        text = "%s: heading_deg is %g: give degrees, counterclockwise, -360 to 720"
+        raise UserError(text % (where, numbers["heading_deg"]))
+    numbers["heading_deg"] %= 360
     numbers["id"] = int(numbers["id"])
     marker = Marker(**numbers)
     reason = setting_rules.field("map").reason([marker.row()])

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from larics_host.monitor.state import MonitorState
 
 # what decides what the camera makes of a frame
+_OPTICS = ("focal_q8", "ceiling_mm10", "camera_z_mm10", "outer_mm10")
 _DECISIVE = tuple(field.name for field in FIELDS if field.rebuilds & EVERY_PART)
 
 
@@ -96,6 +97,9 @@ class Session:
             info = self._client.info()
             with self.lock:
                 self.state.info = info
+            optics = {name: self._client.get(name) for name in _OPTICS}
+            with self.lock:
+                self.state.set_optics(optics)
             rows = self._client.get("map")
             with self.lock:
                 if not self._has_map:

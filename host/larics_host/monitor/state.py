@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from larics.wire import messages as m
 from larics_host import wire_names as codes
 from larics_host.connection.records import as_json, known
 from larics_host.logs.live_table import STATES, flag_text, reception
+from larics_host.monitor.doubts import Doubts
 
 if TYPE_CHECKING:
     from larics_host.connection.receiver import Message
@@ -47,6 +48,7 @@ class MonitorState:
         self._number = 0
         self._fault_count = None
         self._state = None
+        self._doubts = Doubts()
         self.set_map(map_rows)
 
     def set_map(self, rows: Iterable[Sequence[int]]) -> None:
@@ -80,11 +82,21 @@ class MonitorState:
         if not fields.flags & m.MARKER_NONE:
             self.markers.append(_shown(fields, time_s))
             self.markers.sort(key=_distance)
+            self._doubt(fields, time_s)
         if fields.index + 1 >= fields.count:
             self._number += 1
             first = self.markers[0] if self.markers else None
             values = [first[key] for key in ("x_mm", "y_mm", "heading_deg", "id")] if first else [None] * 4
             self.points.append((self._number, round(time_s, 3), *values))
+
+    def set_optics(self, settings: Mapping[str, Any]) -> None:
+        """What the camera knows of sizes and heights, by names of settings."""
+        self._doubts.set_optics(settings)
+
+    def _doubt(self, fields, time_s):
+        mapped = {key for key, places in self.landmarks.items() if any(place[3] for place in places)}
+        for text in self._doubts.add(fields.id, fields.radius_q8 / 256, mapped):
+            self.events.append((time_s, text))
 
     def _add_pose(self, fields, time_s):
         told = as_json(fields)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from larics.marker import ids_in_words
 from larics_host.errors import UserError
-from larics_host.files import write_file
+from larics_host.files import refuse_existing, write_file
 from larics_host.marker_ids import ranges_of
 from larics_host.printing import layout
 
@@ -29,6 +29,13 @@ def _title(marker_ids):
     if len(marker_ids) == 1:
         return "LARICS-3 ID %d" % marker_ids[0]
     return "LARICS-3 ID " + ranges_of(marker_ids).replace(",", ", ")
+
+
+def _targets(path, marker_ids):
+    """The files that these markers go to."""
+    if path.suffix.lower() == ".pdf" or len(marker_ids) == 1:
+        return [path]
+    return [_numbered(path, marker_id) for marker_id in marker_ids]
 
 
 def _rendered(family, marker_ids, path, paper, dpi, sheet):
@@ -66,12 +73,14 @@ def write_markers(
     paper: str = "a4",
     dpi: float = 300,
     sheet: bool = False,
+    force: bool = False,
 ) -> list[Path]:
     """Writes markers to `path`, whose extension says the format; returns the paths written.
 
     PDF: all IDs in one file, on `paper` a4 or a3 (in tiles where larger) or plate (one page each).
     SVG and PNG: one file per ID, with the ID as suffix when there are several.
     sheet: PDF only, as many markers on a page as fit, for tests.
+    force: overwrite files that are there, which is refused otherwise.
     Raises UserError for an unknown format or ID and when a file cannot be written.
     """
     path = Path(path)
@@ -81,6 +90,8 @@ def write_markers(
         if not family.has(marker_id):
             words = ids_in_words(family.coded, family.allow_id0)
             raise UserError("unknown marker ID %d: %s" % (marker_id, words))
+    for target in _targets(path, marker_ids):
+        refuse_existing(target, force)
     written = []
     for target, data in _rendered(family, marker_ids, path, paper, dpi, sheet):
         write_file(target, data)

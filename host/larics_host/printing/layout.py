@@ -18,7 +18,13 @@ if TYPE_CHECKING:
     from larics.marker import Family
 
 
-PAPERS_MM = {"a4": (210.0, 297.0), "a3": (297.0, 420.0)}
+PAPERS_MM = {
+    "a4": (210.0, 297.0),
+    "a3": (297.0, 420.0),
+    "letter": (215.9, 279.4),
+    "legal": (215.9, 355.6),
+    "tabloid": (279.4, 431.8),
+}
 MARGIN_MM = 10.0  # left, right and top of a page
 FOOT_MM = 20.0  # bottom of a page: ruler and labels
 CROP_GAP_MM = 2.0

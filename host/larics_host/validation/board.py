@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from larics.device.frame_messages import Reports
 from larics.device.sensor import EVERY_PART, Sensor
+from larics_host.connection.camera_settings import calibrated_for
 from larics_host.connection.records import Marker, as_json, record_of
 from larics_host.errors import UserError
 from larics_host.images.frame_folder import number_of
@@ -113,6 +114,9 @@ def compare_messages(folder: StrPath, log: StrPath, settings: Settings) -> dict[
 
 def _begin(settings, frame):
     height, width = frame.shape
+    reason = calibrated_for(settings, width, height)
+    if reason:
+        raise UserError(reason)
     try:
         settings.update({"width": width, "height": height})
         return HostRun(settings)
