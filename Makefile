@@ -26,7 +26,8 @@ demo: $(READY)  ## a rendered drive through the firmware on MicroPython: table a
 
 test: $(READY)  ## all tests on all cores: host, both interpreters, C parser (TEST="-k flash" for some)
 	$(BIN)/ruff check .
-	$(BIN)/python -m pytest -n auto --cov -rs --durations=10 $(TEST)
+	$(BIN)/python -m pytest -n auto --cov --cov-report= -rs --durations=10 $(TEST)
+	@echo "coverage of what ran in the tests' own processes: $$($(BIN)/coverage report --format=total) % of the lines"
 
 lint: $(READY)  ## style, format, import rules, types
 	$(BIN)/ruff check .
@@ -53,5 +54,5 @@ flash: $(READY)  ## put the firmware on the connected board (FLASH="--port /dev/
 	$(BIN)/larics flash $(FLASH)
 
 clean:  ## remove what was built (the .venv stays)
-	rm -rf build .pytest_cache .ruff_cache .hypothesis
+	rm -rf build .coverage .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
