@@ -273,7 +273,7 @@ def margin_figure(direct, scale):
     decisions = (
         lambda: acceptance.rings(direct.rings, scale.radius_min_q8, scale.radius_max_q8),
         lambda: acceptance.orientation(direct.lines, direct.rings),
-        lambda: acceptance.code(direct.lines, direct.rings, direct.cells),
+        lambda: acceptance.code(direct.lines, direct.rings, direct.cells, direct.is_turned),
     )
     for decide, rules, colour in zip(decisions, RULES, (BLUE, GREEN, RED), strict=True):
         verdict = decide()
