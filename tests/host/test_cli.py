@@ -54,7 +54,7 @@ def test_version(capsys):
     assert capsys.readouterr().out.strip() == "larics " + __version__
 
 
-@pytest.mark.parametrize("argv", [[], ["nonsense"], ["marker"], ["marker", "x", "-o", "y.pdf"], ["--wrong"]])
+@pytest.mark.parametrize("argv", [[], ["nonsense"], ["marker"], ["marker", "3", "-o"], ["--wrong"]])
 def test_wrong_usage_is_one_line(argv, capsys):
     assert cli.main(argv) == 2
     said = capsys.readouterr().err

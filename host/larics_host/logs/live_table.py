@@ -68,9 +68,9 @@ class LiveTable:
     def __init__(self, source: str) -> None:
         self._source = source
         self._rows: deque[list[str]] = deque(maxlen=_ROWS)
-        self._status: dict[str, Any] | None = None
-        self._pose: dict[str, Any] | None = None
-        self._info: dict[str, Any] | None = None
+        self._status: Any = None  # records of the newest messages
+        self._pose: Any = None
+        self._info: Any = None
         self._counters = None
 
     def add(self, message: Message) -> None:
