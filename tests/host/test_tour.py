@@ -25,7 +25,12 @@ def test_the_tour_works_as_it_stands(tmp_path):
     environment = dict(os.environ, PATH=path, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
     try:
         result = subprocess.run(
-            ["bash", "-c", script], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=1500
+            ["bash", "-c", script],
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=1500,
         )
     finally:
         pid = tmp_path / "camera.pid"
