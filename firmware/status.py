@@ -91,7 +91,8 @@ class Status:
         self._until_heap -= 1
         frames = self._second_frames
         second_us = max(1, self._clock.ticks_diff(self._clock.ticks_us(), self._second_us))
-        camera, outbox, faults, received = app.watch.camera, app.outbox, app.faults, app.decoder.counters
+        camera, outbox = app.watch.camera, app.outbox
+        faults, received = app.faults, app.decoder.counters  # four at once would make a tuple
         values[_STATUS_VERSION_MAJOR] = VERSION[0]
         values[_STATUS_VERSION_MINOR] = VERSION[1]
         values[_STATUS_VERSION_PATCH] = VERSION[2]

@@ -3,12 +3,13 @@
 import gc
 
 import micropython
-from board_parts import Uart, make_app, marker, plain
+from board_parts import Clock, Uart, make_app, marker, plain
 
 from larics.wire import messages as m
 from wire_values import at
 
 DETECTIONS = at(m.STATUS, "detections")
+STEP_US = 5000  # with each reading of the clock: several seconds, and as many STATUS, in what is looked at
 
 
 def frames():
@@ -33,15 +34,15 @@ def run_locked(app, rounds):
 
 def test_processing_frames_allocates_nothing():
     for method in ("paper", "larics"):
-        app = make_app(frames(), settings={"method": method, "focal_q8": 200 * 256})
+        app = make_app(frames(), settings={"method": method, "focal_q8": 200 * 256}, clock=Clock(STEP_US))
         assert run_locked(app, 60) == 60
         assert app.faults.total == 0, (method, app.faults.last)
         assert app.status.fill(0)[DETECTIONS] > 60
 
 
 def test_poses_and_status_allocate_nothing():
-    app = make_app(frames(), settings={"focal_q8": 200 * 256, "map": [[5, 1000, 2000, 9000, 0, 0]]})
-    app.loop._status_ms = app.loop._clock.ticks_ms()
+    settings = {"focal_q8": 200 * 256, "map": [[5, 1000, 2000, 9000, 0, 0]]}
+    app = make_app(frames(), settings=settings, clock=Clock(STEP_US))
     assert run_locked(app, 100) == 100
     # marker 3 is in no map, marker 5 in the first frame of a round: nothing else goes wrong
     assert app.faults.total and app.faults.last == m.FAULT_MARKER_UNKNOWN and not app.faults.active
@@ -49,7 +50,7 @@ def test_poses_and_status_allocate_nothing():
 
 def test_a_slow_or_dead_line_allocates_nothing():
     uart = Uart()
-    app = make_app(frames(), uart)
+    app = make_app(frames(), uart, clock=Clock(200))
     app.loop.step()
     uart.room = 0
     assert run_locked(app, 60) == 60

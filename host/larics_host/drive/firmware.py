@@ -55,7 +55,7 @@ class Firmware:
         interpreter: str = "micropython",
         latency_us: int = 15000,
         start_s: float = 120.0,
-        answer_s: float = 20.0,
+        answer_s: float = 120.0,
     ) -> None:
         program = ROOT / "firmware" / "pc" / "closed_loop_main.py"
         if not program.exists():
