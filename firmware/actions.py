@@ -46,11 +46,18 @@ class Actions:
         values[_INFO_UNIQUE_ID] = padded(self._unique_id, 12)
 
     def settings_changed(self, name):
-        """Takes a new value into use: what the setting declares is made anew, and nothing else."""
+        """Takes a new value into use: what the setting declares is made anew, and nothing else.
+
+        False when there is no memory for it; then `settings_restored` must follow."""
         rebuilds = field(name).rebuilds
-        self._parts.rebuild(rebuilds)
         if rebuilds & OUTPUT:
             self.outbox.divider = self._settings.rate_divider
+        return self._parts.rebuild(rebuilds)
+
+    def settings_restored(self, name):
+        """Goes on with the value before, whose parts had fitted. False when there is no detector even so."""
+        self._parts.restore(field(name).rebuilds)
+        return self._parts.sensor.detector is not None
 
     def save(self):
         return self._keeper is not None and self._keeper.save(self._settings)

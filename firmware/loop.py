@@ -7,6 +7,7 @@ is counted as a fault and reported by its code.
 import gc
 import time
 
+from larics.settings.fields import DETECTOR
 from larics.wire import messages as m
 
 try:
@@ -104,7 +105,7 @@ class Loop:
         clock, app = self._clock, self._app
         camera, sensor = app.watch.camera, app.parts.sensor
         if sensor.detector is None:
-            return False
+            return False  # _report_status tries again
         start_us = clock.ticks_us()
         try:
             found = sensor.detector.detect(camera.frame)
@@ -170,6 +171,8 @@ class Loop:
             self._status_ms = clock.ticks_add(self._status_ms, _STATUS_MS)
         values = app.status.fill(now_ms)
         app.outbox.status(m.STATUS, values)
+        if app.parts.sensor.detector is None:
+            app.parts.restore(DETECTOR)
         if app.sentinel is not None:
             app.sentinel.settled(values[_STATUS_UPTIME_S])
         if app.banner and values[_STATUS_UPTIME_S] <= _BANNER_S:

@@ -72,7 +72,7 @@ def run(frames, heap_bytes):
     """Runs until so many frames were processed; (status messages with the time of each, exit code or None
     when it was still running, seconds until the first message)."""
     micropython = shlex.split(os.environ.get("MICROPYTHON", "")) or [str(ROOT / ".venv/bin/micropython")]
-    main = "import gc, sys; gc.threshold(4096)\n"  # as main.py
+    main = "import gc, sys; gc.threshold(4096)\n"  # as main.py for a small heap
     main += "from pc import replay_main\nreplay_main.main(sys.argv[1:])"
     command = [*micropython, "-X", "heapsize=%d" % heap_bytes, "-c", main]
     with PtyPair() as cable:

@@ -114,6 +114,11 @@ ENUMS = (
             ("NACK_TOKEN", m.NACK_TOKEN, "this token was just used for another command"),
             ("NACK_BOOT", m.NACK_BOOT, "the boot number is not the current one: already restarted"),
             ("NACK_UNKNOWN_COMMAND", m.NACK_UNKNOWN_COMMAND, "this firmware does not have this command"),
+            (
+                "NACK_MEMORY",
+                m.NACK_MEMORY,
+                "the board has no memory for this value; the one before is in use",
+            ),
         ),
     ),
     (
@@ -135,7 +140,11 @@ ENUMS = (
             ),
             ("FAULT_STORAGE", m.FAULT_STORAGE, "flash full or read-only"),
             ("FAULT_DETECT", m.FAULT_DETECT, "exception in the detection of a frame"),
-            ("FAULT_MEMORY", m.FAULT_MEMORY, "memory ran out"),
+            (
+                "FAULT_MEMORY",
+                m.FAULT_MEMORY,
+                "memory ran out; while it lasts: second opinion or detector off",
+            ),
             (
                 "FAULT_SAVE_INTERRUPTED",
                 m.FAULT_SAVE_INTERRUPTED,

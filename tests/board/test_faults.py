@@ -223,6 +223,7 @@ def break_detector(app, camera):
 
 def take_detector(app, camera):
     app.parts.sensor.detector = None
+    app.parts.restore = lambda parts: None  # there is no memory for one
 
 
 def test_the_state_follows_the_time_when_no_frame_is_processed():

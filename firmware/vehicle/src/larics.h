@@ -103,6 +103,7 @@ extern "C" {
 #define LARICS_NACK_TOKEN 11 /* this token was just used for another command */
 #define LARICS_NACK_BOOT 12 /* the boot number is not the current one: already restarted */
 #define LARICS_NACK_UNKNOWN_COMMAND 13 /* this firmware does not have this command */
+#define LARICS_NACK_MEMORY 14 /* the board has no memory for this value; the one before is in use */
 
 /* Fault */
 #define LARICS_FAULT_CAMERA_TIMEOUT 1 /* no frame within the time limit */
@@ -113,7 +114,7 @@ extern "C" {
 #define LARICS_FAULT_SETTINGS_VERSION 6 /* settings of another version: what is valid is used */
 #define LARICS_FAULT_STORAGE 7 /* flash full or read-only */
 #define LARICS_FAULT_DETECT 8 /* exception in the detection of a frame */
-#define LARICS_FAULT_MEMORY 9 /* memory ran out */
+#define LARICS_FAULT_MEMORY 9 /* memory ran out; while it lasts: second opinion or detector off */
 #define LARICS_FAULT_SAVE_INTERRUPTED 10 /* power lost while saving: previous settings in use */
 #define LARICS_FAULT_WATCHDOG 11 /* started by the watchdog */
 #define LARICS_FAULT_SAFE_MODE 12 /* safe mode: three fast resets, or the button */

@@ -54,7 +54,9 @@ class Commands:
     odometry  a larics.locate.odometry.Odometry: takes what the vehicle tells of its wheels
     actions   object with
         info(values)            fills the fields of INFO beside token and boot
-        settings_changed(name)  a setting has a new value
+        settings_changed(name)  a setting has a new value; False or MemoryError when it does not fit in memory
+        settings_restored(name) after that: it has its value of before again; False when nothing is detected
+                                any more, because the heap is cut up: then only a restart helps
         save()                  writes the settings; False or OSError when that failed
         raw_frame()             (pixels, width, height, frame number) of a copy that stays unchanged until
                                 the next call, or None
@@ -199,11 +201,20 @@ class Commands:
             return m.NACK_LENGTH
         if field.reason(value):
             return m.NACK_RANGE
+        name, settings = field.name, self._settings
+        before = getattr(settings, name)
         try:
-            self._settings.set(field.name, value)
+            settings.set(name, value)
+            if self._actions.settings_changed(name) is not False:
+                return _ACKNOWLEDGED
         except ValueError:
             return m.NACK_CONFLICT
-        self._actions.settings_changed(field.name)
+        except MemoryError:
+            pass
+        setattr(settings, name, before)  # it was valid with the others, and set() needs memory
+        if self._actions.settings_restored(name) is False:
+            self.restart_due = True
+        return m.NACK_MEMORY
         return _ACKNOWLEDGED
 
     # answers

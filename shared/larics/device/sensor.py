@@ -37,10 +37,9 @@ class Sensor:
         """Makes those of its parts anew that are among `parts`, by other `settings` when its own do not do.
 
         ValueError when the settings do not suit the frames, MemoryError; the part that failed is then as it
-        was, but for a detector, which is gone: there may be no memory for two of them."""
+        was. Where there is no memory for two detectors, set `detector` to None before."""
         settings = settings or self.settings
         if parts & DETECTOR:
-            self.detector = None
             self.detector = make_detector(settings, self.size)
         if parts & LOCATOR:
             self.locator = make_locator(settings, self.size)

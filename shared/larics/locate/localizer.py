@@ -184,7 +184,7 @@ class Localizer:
         if self.state != LOST:
             if passed_us > self.coast_us:
                 self._lose()
-            elif passed_us > SILENT_US:
+            elif passed_us > SILENT_US and self.state == TRACKING:
                 self.state = COASTING
         if (time_us - self._there_us) & COUNT_MAX > self.coast_us:
             self._agreed = 0

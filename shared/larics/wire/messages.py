@@ -93,6 +93,7 @@ NACK_CHUNK = const(10)
 NACK_TOKEN = const(11)
 NACK_BOOT = const(12)
 NACK_UNKNOWN_COMMAND = const(13)
+NACK_MEMORY = const(14)
 
 # STATUS.last_fault, and the bits of STATUS.active_faults
 FAULT_CAMERA_TIMEOUT = const(1)

@@ -1,0 +1,163 @@
+"""A setting that does not fit in memory is refused, and the detection goes on: on the interpreter's heap."""
+
+import gc
+import sys
+
+from board_parts import Clock, Uart, make_app, marker
+
+import parts
+from larics.settings import field
+from larics.wire import codec as protocol
+from larics.wire import messages as m
+from wire_values import at, message_values
+
+PICTURES = [marker(5, 80, 60, 20), marker(5, 81, 60, 20)]
+USUAL = {"method": "larics", "radius_min_px": 28, "radius_max_px": 30}
+
+
+def leave(free_bytes):
+    """Fills the heap but for one piece of so many bytes, and what is smaller than 1 KiB."""
+    gc.collect()
+    room = bytearray(free_bytes)
+    ballast = []
+    size = 65536
+    while size >= 1024:
+        try:
+            ballast.append(bytearray(size))
+        except MemoryError:
+            size >>= 1
+    room = None
+    gc.collect()
+    return ballast, room
+
+
+class Program:
+    def __init__(self, settings=None):
+        self.clock, self.uart = Clock(step_us=50), Uart(collect=True)
+        self.app = make_app(PICTURES, self.uart, dict(USUAL, **(settings or {})), clock=self.clock)
+        self.token = 0
+
+    def run(self, ms):
+        end_us = self.clock.now_us + 1000 * ms
+        while self.clock.now_us < end_us:
+            self.app.loop.step()
+            self.clock.now_us += 10000
+
+    def set(self, name, value):
+        """(ACK or NACK, reason) of a SET_SETTING."""
+        self.token += 1
+        entry = field(name)
+        numbers = entry.numbers(value)
+        given = {"value%d" % k: number for k, number in enumerate(numbers)}
+        values = message_values(
+            m.SET_SETTING, token=self.token, key=entry.key, first=0, count=len(numbers), **given
+        )
+        encoder = protocol.Encoder()
+        self.uart.incoming += bytes(encoder.buffer[: encoder.encode(m.SET_SETTING, values)])
+        self.run(300)
+        for kind, reply in self.uart.messages():
+            if kind in (m.ACK, m.NACK) and reply[0] == self.token:
+                return kind, reply[at(m.NACK, "reason")] if kind == m.NACK else 0
+
+    def frames(self):
+        return self.app.status.frames
+
+    def collected(self):
+        """What was sent is told and thrown away, since it is no part of the program."""
+        found = self.uart.messages()
+        self.uart.sent = bytearray()
+        return found
+
+
+def test_a_setting_that_does_not_fit_is_refused_and_the_detection_goes_on():
+    program = Program()
+    program.run(300)
+    detector = program.app.parts.sensor.detector
+    program.collected()
+    ballast, _ = leave(24000)
+    assert program.set("radius_min_px", 6) == (m.NACK, m.NACK_MEMORY)
+    app = program.app
+    assert app.settings.radius_min_px == 28 and app.parts.sensor.detector is not None
+    assert app.parts.sensor.detector is detector and not app.faults.active  # there was room for a try
+    before = program.frames()
+    program.run(500)
+    assert program.frames() > before + 20
+    assert program.set("rate_divider", 2) == (m.ACK, 0)
+    del ballast[:]
+    gc.collect()
+    assert program.set("radius_min_px", 6) == (m.ACK, 0) and app.settings.radius_min_px == 6
+    assert not app.faults.active
+
+
+def test_without_memory_for_the_detector_before_it_goes_on_without_second_opinion():
+    program = Program()
+    program.run(300)
+    app = program.app
+    real = app.parts.sensor.rebuild
+    parts._TWO_DETECTORS = 1 << 30  # as on a small heap: the one before is given up first
+
+    def tight(wanted, settings=None):
+        """As if the heap had been cut up: of detectors, only one without second opinion fits."""
+        if wanted & 1 and app.settings.second_opinion:
+            raise MemoryError
+        real(wanted, settings)
+
+    app.parts.sensor.rebuild = tight
+    assert program.set("margin_min", 20) == (m.NACK, m.NACK_MEMORY)
+    assert app.faults.active == 1 << m.FAULT_MEMORY and app.settings.second_opinion
+    assert app.settings.margin_min == 16
+    before = program.frames()
+    program.run(500)
+    assert program.frames() > before + 20
+    app.parts.sensor.rebuild = real
+    parts._TWO_DETECTORS = 1 << 20
+    assert program.set("margin_min", 20) == (m.ACK, 0)  # there is memory again: the fault is over
+    assert not app.faults.active and app.settings.margin_min == 20
+
+
+def test_when_the_heap_is_too_cut_up_for_any_detector_the_board_restarts():
+    program = Program()
+    program.run(300)
+    app = program.app
+
+    def none(wanted, settings=None):
+        raise MemoryError
+
+    app.parts.sensor.rebuild = none
+    parts._TWO_DETECTORS = 1 << 30
+    assert program.set("margin_min", 20) == (m.NACK, m.NACK_MEMORY)
+    parts._TWO_DETECTORS = 1 << 20
+    assert app.commands.restart_due and app.faults.active == 1 << m.FAULT_MEMORY
+
+
+def test_a_map_that_does_not_fit_leaves_the_one_before():
+    place = [[5, 0, 0, 0, 0, 0]]
+    program = Program({"focal_q8": 200 * 256, "map": place})
+    program.run(300)
+    app = program.app
+    navigator = app.parts.sensor.navigator
+    real = app.parts.sensor.rebuild
+
+    def tight(parts, settings=None):
+        raise MemoryError
+
+    app.parts.sensor.rebuild = tight
+    app.settings.map = [[5, 10, 0, 0, 0, 0]]
+    assert app.actions.settings_changed("map") is False
+    app.settings.map = place
+    app.actions.settings_restored("map")
+    app.parts.sensor.rebuild = real
+    assert app.parts.sensor.navigator is navigator and app.parts.sensor.detector is not None
+    assert app.faults.last == m.FAULT_MEMORY and not app.faults.active
+
+
+def test_the_heap_decides_how_often_it_is_collected_while_loading():
+    with open("firmware/main.py") as file:
+        text = file.read()
+    scope = {}
+    exec(text[text.index("def threshold") : text.index("gc.threshold(threshold")], scope)
+    threshold = scope["threshold"]
+    assert [threshold(kib << 10) for kib in (128, 256, 319, 320, 369, 512)] == [4096] * 3 + [16384] * 3
+    assert threshold(1 << 20) == 65536 and threshold(2 << 20) == 131072
+    assert threshold(3 << 20) == threshold(25600 << 10) == -1
+    assert sys.implementation.name == "micropython"
