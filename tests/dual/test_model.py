@@ -115,6 +115,33 @@ def test_blur_spreads_a_line_and_keeps_its_ink():
         before = bar[4]
 
 
+def test_templates_are_those_of_the_blur_asked_for():
+    model = BlurModel(LARICS3, 175)
+    fresh = {}
+    for sigma in (10, 12):
+        alone = BlurModel(LARICS3, 175)
+        alone.prepare(sigma, 0, 0, 1)
+        fresh[sigma] = bytes(alone.templates[:48]), bytes(alone.bars[:24])
+    assert fresh[10] != fresh[12]
+    for sigma, then in (
+        (10, None),
+        (10, None),
+        (12, None),
+        (10, "motion"),
+        (10, "try"),
+        (10, "bars"),
+        (10, None),
+    ):
+        model.prepare(sigma, 0, 0, 1)
+        assert (bytes(model.templates[:48]), bytes(model.bars[:24])) == fresh[sigma], (sigma, then)
+        if then == "motion":
+            model.prepare(5, 3, 0, 1)
+        elif then == "try":
+            model._try(3, 0, 0)
+        elif then == "bars":
+            model.prepare(5, 3, 0, 2, False)
+
+
 def test_it_knows_the_families_with_rings_of_two_to_three():
     assert BlurModelReader.knows(LARICS3) and BlurModelReader.knows(LARICS3.scaled(800))
     other = Family(inner_mm10=1150, code_end_mm10=900)

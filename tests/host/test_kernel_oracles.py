@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.host.test_kernels import CASES
+from tests.host.test_kernels import ALL, CASES, ROOT
 
 sys.path.insert(0, str(CASES))
 
@@ -14,6 +14,22 @@ from inputs import Random  # noqa: E402
 from oracles import ORACLES  # noqa: E402
 
 SEED = 777
+# kernels that are held against their definition, drawn markers or a library elsewhere
+ELSEWHERE = {
+    "rings.ring_crossings": "tests/host/test_kernels_on_markers.py",
+    "lines": "tests/host/test_kernels_on_markers.py",
+    "code": "tests/host/test_kernels_on_markers.py",
+    "rules": "tests/dual/test_direct_acceptance.py",
+    "crc": "tests/dual/test_protocol.py",
+    "paper": "tests/host/test_paper.py",
+    "cells": "tests/dual/test_cells.py",
+}
+
+
+def test_every_kernel_has_an_oracle():
+    elsewhere = {name for name in ALL if name in ELSEWHERE or name.split(".")[0] in ELSEWHERE}
+    assert sorted(elsewhere | set(ORACLES)) == ALL
+    assert all((ROOT / path).is_file() for path in ELSEWHERE.values())
 
 
 @pytest.mark.parametrize("name", sorted(ORACLES))

@@ -66,6 +66,7 @@ class BlurModel:
         self._matches = array("H", bytes(2 * _SECTORS * _RELS))
         self._result = array("i", bytes(4))
         self._tried = -1  # whose folded templates are there
+        self._prepared = -1  # whose templates without motion are there, unless folded ones are
         self.sigma = self.motion = self._direction = self.score = 0
         self.still = 1
         self.motion_axis = _STILL
@@ -80,6 +81,9 @@ class BlurModel:
         if not motion:
             first = 0
             step = _RELS
+            if templates and sigma == self._prepared and self._tried < 0:
+                return  # they are still there, as for one coarse look after another
+        self._prepared = sigma if templates and not motion else -1
         kernels.blurred_bars(
             _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, _BAR, first * _BAR,
             self.bars,
