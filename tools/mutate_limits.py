@@ -25,6 +25,7 @@ LOCATE = ("test_locate_limits", "test_pose", "test_navigator", "test_route")
 FIT = ("test_direct_limits", "test_detector")
 TARGETS = {  # module -> tests of tests/dual
     "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
+    "shared/larics/kernels/code_rules.py": ("test_direct_acceptance",),
     "shared/larics/direct/acceptance.py": ("test_direct_acceptance",),
     "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
     "shared/larics/blurred/reader.py": ("test_blurred_acceptance", "test_blurred_limits"),

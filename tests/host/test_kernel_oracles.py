@@ -20,6 +20,8 @@ ELSEWHERE = {
     "lines": "tests/host/test_kernels_on_markers.py",
     "code": "tests/host/test_kernels_on_markers.py",
     "rules": "tests/dual/test_direct_acceptance.py",
+    "code_rules.code_rules": "tests/dual/test_direct_acceptance.py",
+    "robust": "tests/host/test_robust_centre.py",
     "crc": "tests/dual/test_protocol.py",
     "paper": "tests/host/test_paper.py",
     "cells": "tests/dual/test_cells.py",

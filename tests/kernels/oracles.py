@@ -342,6 +342,40 @@ def dark_directions(before, after, result):
     same(after[9][: 2 * result], [value for pick in expected for value in pick])
 
 
+def quarter_phase(before, after, result):
+    profile, _, _, _, directions, _ = before
+    values = numbers(profile, directions)
+    assert result == np.count_nonzero(values)
+    wave = np.exp(-4j * 2 * np.pi * np.arange(directions) / directions)  # angles are clockwise, y points down
+    expected = 16 * (values * wave).sum()
+    found = complex(after[5][0] - BIAS, after[5][1] - BIAS)
+    # each of the products is rounded down; which way the sine counts does not matter here
+    off = min(abs(found - expected), abs(found - expected.conjugate()))
+    assert off <= 2 * directions + abs(expected) / 100
+
+
+def take_sample(before, after, result):
+    frame, kept, _, _, step, count, _ = before
+    seen = numbers(frame)[: step * (count - 1) + 1 : step]
+    different = np.count_nonzero(seen != numbers(kept, count))
+    same(after[6], (different, seen.min(), seen.max(), seen.sum()))
+    same(after[1][:count], seen)
+
+
+def code_light(before, after, result):
+    positions = numbers(before[1], 40).reshape(8, 5)
+    levels = positions[:, at.POSITION_LEVEL]
+    between = positions[1::2, 2:4] - BIAS  # where neither line nor bit is
+    guards = positions[[0, 1, 3, 5, 7], :2].sum(axis=1)
+    expected = [0] * at.LIGHT_ITEMS
+    expected[at.LIGHT_LEVEL] = levels.sum() // 8
+    expected[at.LIGHT_THIRD] = sorted(levels)[-3]
+    expected[at.LIGHT_GUARD] = max(0, guards.max())
+    expected[at.LIGHT_STRAY] = np.abs(between.sum(axis=1)).max()
+    expected[at.LIGHT_STRAY_HALF] = np.abs(between).max()
+    same(after[0], expected)
+
+
 # --- medians and other statistics
 
 
@@ -962,9 +996,9 @@ def code_residuals(before, after, result):
 ORACLES = {
     "votes": (cast_votes, join_cells, find_windows, rank_centres),
     "edges": (gradient_histogram, edge_threshold, steep_positions, thin_line_edges),
-    "grey": (count_greys,),
+    "grey": (count_greys, take_sample),
     "coarse": (edge_distances, choose_radius),
-    "directions": (annulus_profile, dark_directions),
+    "directions": (annulus_profile, dark_directions, quarter_phase),
     "rings": (begin_pass, skip_half_sectors),
     "harmonics": (ring_harmonics, end_pass),
     "blur": (
@@ -972,6 +1006,7 @@ ORACLES = {
         match_direction,
     ),
     "polar": (polar_samples, circle_samples, mean_samples, sector_radii),
+    "code_rules": (code_light,),
     "sectors": (ring_shifts, shift_harmonics, median, sector_levels),
     "blurred_lines": (
         line_template, erase_line, ink_profile, line_depths, deepest, line_residual, ink_noise, line_turn,

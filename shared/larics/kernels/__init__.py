@@ -10,6 +10,8 @@ that no int32 overflows. The rules that make all of them give the same bytes:
 - a negative value in a ptr32 buffer is loaded as `((int(p[i]) & 0x3FFFFFFF) ^ 0x20000000) - 0x20000000`
   (32-bit boards load it signed, 64-bit ones unsigned); tables for ptr16 are biased instead
 - no bounds checks on a board: the callers validate, the strict executor checks
+- at most 12 arguments: what belongs together is an array, whose items are named once, in layouts.py; who uses
+  an item repeats it as a constant of its own, and the rule checker compares
 
 One module per step of the pipeline; each holds viper functions and nothing else.
 """
