@@ -7,6 +7,7 @@ direction, which are unknown in every frame, drop out.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from larics_host.calibration.camera_model import CameraModel
+from larics_host.calibration.spread import bounded, covariance, places_of
 from larics_host.errors import UserError
 from larics_host.wording import counted
 
@@ -35,8 +37,11 @@ _LIMITS = {
 _STEPS = {"tilt_forward_deg": 1.0, "tilt_left_deg": 1.0, "k1": 0.1, "k2": 0.1}
 _OUTLIER_PX = 0.1
 # no detection is better than this, however well a few of them agree
-_NOISE_LEAST_PX = 0.01
+_NOISE_LEAST_PX = 0.005
+# what all radii of a camera are off by alike, as light and line width have it: no frame of it shows that
+_COMMON_PX = 0.02
 _LEAST = 3
+_SAME_PLACE = 0.2  # of a ring's radius: centres nearer than that show the same pixels
 
 
 @dataclass
@@ -82,20 +87,25 @@ def fit(
     found = least_squares(residuals, begin, loss="soft_l1", f_scale=_OUTLIER_PX, x_scale="jac")
     left = residuals(found.x)
     fitted = made(found.x)
-    sigmas = _sigmas(found.jac, left, free, start)
-    _refuse(fitted, sigmas, free, left, float(np.median(seen.radius_px)))
+    radius_px = float(np.median(seen.radius_px))
+    where = places_of(np.column_stack([seen.x_px, seen.y_px]), _SAME_PLACE * radius_px)
+    sigmas = _sigmas(found.jac, left, free, start, where)
+    _refuse(fitted, sigmas, free, left, radius_px)
+    if "focal_px" in sigmas:
+        sigmas["focal_px"] = math.hypot(sigmas["focal_px"], fitted.focal_px * _COMMON_PX / radius_px)
     return LensFit(fitted, sigmas, left)
 
 
-def _sigmas(jacobian, residuals, free, start):
+def _sigmas(jacobian, residuals, free, start, where):
     spread = max(_NOISE_LEAST_PX, 1.4826 * float(np.median(np.abs(residuals))))
     # a singular system has infinite deviations instead of an exception
     values, vectors = np.linalg.eigh(jacobian.T @ jacobian)
     with np.errstate(divide="ignore"):
         variances = (vectors**2) @ (1 / np.maximum(values, 1e-300))
+    by_place = np.diag(covariance(jacobian, bounded(residuals, _OUTLIER_PX), where))
     return {
-        name: float(spread * np.sqrt(variance) * _STEPS.get(name, start))
-        for name, variance in zip(free, variances, strict=True)
+        name: float(np.sqrt(max(spread**2 * variance, other)) * _STEPS.get(name, start))
+        for name, variance, other in zip(free, variances, by_place, strict=True)
     }
 
 

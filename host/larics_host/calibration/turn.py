@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from larics_host.calibration.spread import bounded, covariance, places_of
 from larics_host.errors import UserError
 from larics_host.wording import counted
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 _OUTLIER_MM = 1.0
 _NOISE_LEAST_MM = 0.1
 _LEAST = 8
+_SAME_PLACE_MM, _SAME_PLACE_DEG = 20.0, 10.0
 _SPAN_LEAST_DEG = 90.0
 _CENTRE_LIMIT_MM = 0.7
 _RMS_LIMIT_MM = 4.0
@@ -91,8 +93,12 @@ def _span(headings_deg):
     return 360.0 - float(gaps.max())
 
 
-def fit_turn(observations: Observations, model: CameraModel, height_mm: float) -> Turn:
-    """The Turn of observations of one marker. UserError when they do not determine the centre."""
+def fit_turn(
+    observations: Observations, model: CameraModel, height_mm: float, tilt_sigma_deg: float = 0.0
+) -> Turn:
+    """The Turn of observations of one marker. UserError when they do not determine the centre.
+
+    tilt_sigma_deg: of the model's tilt, each way: a lens that leans moves all that it sees to one side."""
     from scipy.optimize import least_squares
 
     offsets, headings = measure(observations, model, height_mm)
@@ -109,16 +115,22 @@ def fit_turn(observations: Observations, model: CameraModel, height_mm: float) -
     found = least_squares(residuals, np.zeros(4), loss="soft_l1", f_scale=_OUTLIER_MM)
     left = residuals(found.x).reshape(-1, 2)
     spread = max(_NOISE_LEAST_MM, 1.4826 * float(np.median(np.abs(left))))
-    sigma = spread * math.sqrt(np.linalg.inv(found.jac.T @ found.jac).diagonal()[2:].max())
+    where = places_of(np.column_stack([offsets / _SAME_PLACE_MM, headings / _SAME_PLACE_DEG]), 1.0)
+    by_place = covariance(found.jac, bounded(left, _OUTLIER_MM).ravel(), np.repeat(where, 2))
+    variance = max(
+        spread**2 * np.linalg.inv(found.jac.T @ found.jac).diagonal()[2:].max(), by_place.diagonal()[2:].max()
+    )
+    sigma = math.sqrt(variance + (height_mm * math.radians(tilt_sigma_deg)) ** 2)
     turn = Turn(found.x[2:], sigma, found.x[:2], headings, offsets, left, span)
     if spread > _RMS_LIMIT_MM:
         raise UserError(
             "the marker does not move on a circle (%.1f mm off): the vehicle did not turn on one spot, or "
             "scale and lens are not calibrated" % spread
         )
-    if sigma > _CENTRE_LIMIT_MM:
+    if math.sqrt(variance) > _CENTRE_LIMIT_MM:
         raise UserError(
-            "these frames leave the rotation centre open by %.1f mm: take more, over a whole turn" % sigma
+            "these frames leave the rotation centre open by %.1f mm: take more, over a whole turn"
+            % math.sqrt(variance)
         )
     return turn
 
@@ -145,7 +157,11 @@ def mount_by_drive(
         raise UserError(text % (turned, float(np.abs(across).max())))
     direction = math.degrees(math.atan2(forward * axes[0][1], forward * axes[0][0]))
     spread = max(_NOISE_LEAST_MM, float(np.sqrt(np.mean(across**2))))
-    sigma = math.degrees(spread / max(1e-9, math.sqrt(float(np.sum(along**2)))))
+    off_deg = (headings - mean_deg + 180) % 360 - 180
+    sigma = math.hypot(
+        math.degrees(spread / max(1e-9, math.sqrt(float(np.sum(along**2))))),
+        float(np.std(off_deg)) / math.sqrt(max(1, len(np.unique(places_of(path, _SAME_PLACE_MM))) - 1)),
+    )
     if sigma > _MOUNT_LIMIT_DEG:
         raise UserError("this drive leaves the mounting angle open by %.2f degrees: drive farther" % sigma)
     return Mount(_wrapped(-direction - mean_deg), sigma, path)

@@ -193,7 +193,9 @@ class _Calibration:
             raise UserError("the turn needs the focal length: give --places too, or --settings that have it")
         if not self.height_mm:
             raise UserError("the turn needs the markers' height above the lens: give --height-mm")
-        found = turn.fit_turn(seen, self.model, self.height_mm)
+        tilts = [sigma for name, sigma in self.sigmas.items() if "tilt" in name]
+        tilt_deg = (sum(sigma**2 for sigma in tilts) / max(1, len(tilts))) ** 0.5
+        found = turn.fit_turn(seen, self.model, self.height_mm, tilt_deg)
         mount = self._mount(turn, found, options)
         centre = turn.rotated(found.centre_mm, mount.correction_deg)
         self.model = self.model.turned(mount.correction_deg)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from larics_host.calibration.spread import bounded, covariance
 from larics_host.errors import UserError
 from larics_host.mapping.links import turn, wrapped
 
@@ -28,6 +29,7 @@ _SIGMA_MM, _SIGMA_DEG = 2.0, 0.15  # of a link's reading
 _DISTANCE_SIGMA_MM = 3.0
 _TIE_LIMIT_MM = 30.0  # rms of the distances that tie two groups
 _TIE_STARTS = 8
+_PASSES = 6  # parts that the readings of a link are cut into, in their order
 
 
 @dataclass
@@ -191,12 +193,26 @@ def _adjust(main, links, distances, poses, untied, notes):
     pattern = _pattern(first, second, ends, len(main))
     found = least_squares(residuals, start[1:].ravel(), loss="soft_l1", jac_sparsity=pattern)
     result = poses_of(found.x)
-    normal = (found.jac.T @ found.jac).toarray()
-    spread = np.sqrt(np.diag(np.linalg.pinv(normal))).reshape(-1, 3)
+    jacobian = found.jac.toarray() if hasattr(found.jac, "toarray") else found.jac
+    by_reading = np.diag(np.linalg.pinv(jacobian.T @ jacobian))
+    passes = np.concatenate([np.repeat(_passes(links, pairs), 5), len(read) + np.arange(len(ends))])
+    by_pass = np.diag(covariance(jacobian, bounded(residuals(found.x), 1.0), passes))
+    spread = np.sqrt(np.where(np.isfinite(by_pass), np.maximum(by_reading, by_pass), by_reading))
+    spread = spread.reshape(-1, 3)
     sigmas = {number: float(np.hypot(*spread[k - 1, :2])) if k else 0.0 for number, k in index.items()}
     rms = float(np.sqrt(np.mean(apart(result)[:, :2] ** 2)))
     placed = {number: (*result[k, :2], result[k, 2] % 360) for number, k in index.items()}
     return Built(placed, sigmas, untied, rms, notes)
+
+
+def _passes(links, pairs):
+    """For each reading the number of the part of the drive that it comes from: readings one after the other
+    share their errors."""
+    numbers = []
+    for index, pair in enumerate(pairs):
+        count = len(links[pair])
+        numbers.append(index * _PASSES + np.arange(count) * min(_PASSES, count) // count)
+    return np.concatenate(numbers)
 
 
 def _pattern(first, second, ends, count):
