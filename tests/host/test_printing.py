@@ -13,6 +13,7 @@ import pytest
 
 from larics import marker
 from larics_host import cli
+from larics_host.printing import layout
 
 POINT_MM = 25.4 / 72
 # what the default marker measures: rings (radius, width), lines (angle, start, end, width), mm
@@ -339,3 +340,34 @@ def test_the_marker_of_id_7_has_all_its_lines_in_the_pdf_stream():
     buffer.write(pdf_bytes([layout.plate_sheet(marker.LARICS3, 7)], "t"))
     (page,) = read_pdf(buffer)
     assert len([s for s in page.segments if s[4] > 0.3]) == 4
+
+
+@pytest.mark.parametrize("paper", sorted(layout.PAPERS_MM))
+@pytest.mark.parametrize("radius_mm10", [300, 1500])
+def test_every_paper_and_its_ruler_survives_another_format(paper, radius_mm10):
+    family = marker.LARICS3.scaled(radius_mm10, 0, False)
+    for sheet in layout.paper_sheets(family, 3, paper):
+        assert sorted((sheet.width, sheet.height)) == list(layout.PAPERS_MM[paper])
+        lines = [one for one in sheet.furniture if isinstance(one, layout.Line)]
+        (ruler,) = [one for one in lines if abs(one.x2 - one.x1 - layout.RULER_MM) < 1e-6]
+        # A4 centred on Letter loses 8.8 mm at the bottom, and printers leave 4.2 mm there
+        assert ruler.y1 >= (297.0 - 279.4) / 2 + 4.2
+        assert any("print at 100 %" in one.text for one in sheet.furniture if isinstance(one, layout.Text))
+
+
+def test_a_file_that_is_there_is_overwritten_only_when_told(tmp_path, capsys):
+    (tmp_path / "m-5.svg").write_text("mine")
+    argv = ["marker", "3", "5", "-o", str(tmp_path / "m.svg")]
+    assert cli.main(argv) == 2
+    assert "m-5.svg exists: choose another name, or --force" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["m-5.svg"]  # and nothing was begun
+    assert cli.main([*argv, "--force"]) == 0
+    assert (tmp_path / "m-5.svg").read_text() != "mine"
+
+
+def test_us_paper(tmp_path):
+    for paper, size in (("letter", (612, 792)), ("legal", (612, 1008)), ("tabloid", (792, 1224))):
+        path = tmp_path / (paper + ".pdf")
+        assert cli.main(["marker", "3", "--radius-mm", "30", "--paper", paper, "-o", str(path)]) == 0
+        box = pypdf.PdfReader(path).pages[0].mediabox
+        assert sorted((float(box.width), float(box.height))) == pytest.approx(size, abs=0.1)

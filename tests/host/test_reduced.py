@@ -13,7 +13,7 @@ from larics_host.detection.reduced import levels_of, shrunk, unknown_levels
 from larics_host.render import render_frame
 
 
-def scene(width, height, radius_px, index=0):
+def scene(width, height, radius_px, index=3):
     """(frame, truth of its marker) of seed 5201."""
     frame, truths = render_frame("sunny", 5201, index, width=width, height=height, radius_px=radius_px)
     return frame, truths[0]
@@ -114,7 +114,7 @@ def test_a_reduction_is_said_once(tmp_path, capsys, jobs):
     for _ in range(2):  # once in each run
         assert cli.main(["detect", "--json", str(tmp_path), "--jobs", jobs]) == 0
         out, err = capsys.readouterr()
-        assert [json.loads(line)["detections"][0]["id"] for line in out.splitlines()] == [4] * 3
+        assert [json.loads(line)["detections"][0]["id"] for line in out.splitlines()] == [1] * 3
         said = [line for line in err.splitlines() if "reduced" in line]
         assert len(said) == 1 and "frames of 1920 x 1080 px are reduced 2 times" in said[0]
 

@@ -31,6 +31,7 @@ CROP_GAP_MM = 2.0
 CROP_LENGTH_MM = 5.0
 OVERLAP_MM = 10.0  # of neighbouring tiles
 RULER_MM = 100.0
+RULER_UP_MM = 14.5  # 8.8 mm are lost when A4 is centred on Letter, and 4 to 5 mm where no printer prints
 HAIRLINE_MM = 0.15
 MAX_TILES = 400
 MAX_PAGE_MM = 5080.0  # the largest page a PDF can have
@@ -180,10 +181,10 @@ def _ruler(middle_x, y):
 
 
 def _furniture(page_width, lines):
-    """Ruler and labels in the foot of a page."""
-    items = _ruler(page_width / 2, 5.0)
+    """Ruler and labels in the foot of a page; the ruler above what is lost when A4 is centred on Letter."""
+    items = _ruler(page_width / 2, RULER_UP_MM)
     for number, line in enumerate(lines):
-        items.append(Text(page_width / 2, 14.5 - 4.0 * number, 2.6, line, "middle"))
+        items.append(Text(page_width / 2, RULER_UP_MM - 4.0 - 4.0 * number, 2.6, line, "middle"))
     return items
 
 
@@ -266,7 +267,8 @@ def paper_sheets(family: Family, marker_id: int, paper: str) -> list[Sheet]:
             lines = [describe(family, marker_id), "print at 100 %: the ruler must measure 100 mm"]
             if columns * rows > 1:
                 place = "row %d of %d, column %d of %d" % (row + 1, rows, column + 1, columns)
-                lines[1] = place + "; cut one sheet at its marks and glue it onto the marks of the next"
+                lines[1] = "print at 100 %; " + place
+                lines[1] += "; cut one sheet at its marks and glue it onto the marks of the next"
             sheets.append(
                 Sheet(
                     page_width,
