@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from larics.locate.camera_model import Camera, Measurement
-from larics.marker.detection import Detection
+from larics.marker.detection import NO_SIGMA, Detection
 from tests.host.camera_model import FloatCamera, angle_difference, rotation
 from tests.host.small_int import Small
 
@@ -305,3 +305,17 @@ def test_places_no_marker_can_be_at_are_refused():
     assert not camera.locate(d, out)
     d.radius_q8, d.x_q8 = 30 * 256, 1 << 24
     assert not camera.locate(d, out)
+
+
+def test_a_measurement_tells_the_sigma_of_the_place_it_gives():
+    camera, out, d = Camera(360, 296, focal_q8=600 << 8), Measurement(), Detection()
+    d.x_q8, d.y_q8, d.radius_q8, d.heading_cdeg = 180 << 8, 148 << 8, 30 << 8, 0
+    assert camera.locate(d, out, 1500, 30000)
+    assert (out.sigma_q12, out.sigma_mdeg, out.sigma_mm10) == (NO_SIGMA, NO_SIGMA, NO_SIGMA)
+    d.sigma_q12, d.sigma_mdeg = 410, 100  # a tenth of a px, a tenth of a degree
+    assert camera.locate(d, out, 1500, 30000)
+    assert (out.sigma_q12, out.sigma_mdeg) == (410, 100)
+    assert out.sigma_mm10 == 30000 * 410 // (4096 * 600)  # 0.5 mm at 3 m
+    d.x_q8, d.sigma_mdeg = 340 << 8, 1000  # 800 mm away a degree is more
+    assert camera.locate(d, out, 1500, 30000)
+    assert abs(out.sigma_mm10 - 139) <= 2

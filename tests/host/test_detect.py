@@ -165,7 +165,7 @@ def test_units_of_the_json():
     expected = {"id": 2, "x": 100.0039, "y": 0.5, "heading": 359.99, "radius": 30.0, "margin": 77}
     unknown = {"sigma": None, "heading_sigma": None}
     assert detectors.as_dict(one) == dict(expected, flags=["border"], **unknown)
-    one.sigma_q8, one.sigma_cdeg = 3, 12
+    one.sigma_q12, one.sigma_mdeg = 48, 120
     assert detectors.as_dict(one)["sigma"] == 0.0117 and detectors.as_dict(one)["heading_sigma"] == 0.12
     one.marker_id, one.flags = NO_ID, FLAG_ID_UNCERTAIN
     assert detectors.as_dict(one)["id"] is None and detectors.as_dict(one)["flags"] == ["id_uncertain"]

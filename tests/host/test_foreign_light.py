@@ -104,7 +104,7 @@ def test_a_faint_marker_that_only_the_direct_reader_reads_is_reported():
     ((_, frame),) = open_frames([FOLDER / "paper-webcam-05.png"])
     detector = Detector(360, 296, 25, 35, family=LARICS3)
     (found,) = detector.detect(frame)
-    assert found.marker_id == 5 and found.margin >= 96 and found.sigma_q8 > 0
+    assert found.marker_id == 5 and found.margin >= 96 and found.sigma_q12 > 0
     assert not detector.direct.decides()
     assert detector.statistics.blur_verdict != verdicts.ACCEPTED
     # below that margin nothing is kept, and nothing of one frame is left for the next

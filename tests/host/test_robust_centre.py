@@ -7,6 +7,7 @@ from larics.detect.detector import Detector
 from larics.direct.robust_centre import RobustCentre
 from larics.kernels import layouts
 from larics.marker import LARICS3
+from larics.marker.detection import FLAG_BLUR_MODEL
 from larics_host.render.camera import Camera, Motion, Pose
 from larics_host.render.painters import ROD
 from larics_host.render.plates import Plate
@@ -146,7 +147,7 @@ def test_a_bright_cable_over_a_ring_moves_the_centre_by_little():
         )
         for found in detector.detect(frame):
             worst = max(worst, np.hypot(found.x_q8 / 256 - truth.x_px, found.y_q8 / 256 - truth.y_px))
-            sigmas.append(found.sigma_q8)
+            sigmas.append(found.sigma_q12)
     assert len(sigmas) >= 9
     assert worst < 0.1
 
@@ -161,9 +162,25 @@ def test_errors_are_as_large_as_the_detections_say(preset):
         for found in detector.detect(frame):
             truth = truths[0]
             error = np.array([found.x_q8 / 256 - truth.x_px, found.y_q8 / 256 - truth.y_px])
-            if np.hypot(*error) < 3 and found.sigma_q8 > 0:
-                centre += list(np.abs(error) * 256 / found.sigma_q8)
+            if np.hypot(*error) < 3 and found.sigma_q12 > 0:
+                centre += list(np.abs(error) * 4096 / found.sigma_q12)
                 turned = (found.heading_cdeg / 100 - truth.heading_deg + 180) % 360 - 180
-                heading.append(abs(turned) * 100 / found.sigma_cdeg)
+                heading.append(abs(turned) * 1000 / found.sigma_mdeg)
     assert 0.55 < np.mean(np.array(centre) < 1) < 0.85 and np.mean(np.array(centre) < 2) > 0.87
     assert 0.45 < np.mean(np.array(heading) < 1) < 0.92 and np.mean(np.array(heading) < 2) > 0.75
+
+
+def test_the_blur_model_reader_tells_its_sigma_too():
+    detector = Detector(360, 296, 25, 35, family=LARICS3)
+    centre, heading = [], []
+    for index in range(24):
+        frame, (truth,) = render_frame("sunny", 71, index, blur_px=10.0)
+        for found in detector.detect(frame):
+            error = np.array([found.x_q8 / 256 - truth.x_px, found.y_q8 / 256 - truth.y_px])
+            if found.flags & FLAG_BLUR_MODEL and np.hypot(*error) < 3:
+                centre += list(np.abs(error) * 4096 / found.sigma_q12)
+                turned = (found.heading_cdeg / 100 - truth.heading_deg + 180) % 360 - 180
+                heading.append(abs(turned) * 1000 / found.sigma_mdeg)
+    assert len(heading) > 12
+    assert 0.45 < np.mean(np.array(centre) < 1) < 0.9 and np.mean(np.array(centre) < 2) > 0.8
+    assert 0.4 < np.mean(np.array(heading) < 1) < 0.95 and np.mean(np.array(heading) < 2) > 0.75

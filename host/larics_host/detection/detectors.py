@@ -99,6 +99,6 @@ def as_dict(detection: Detection) -> dict[str, Any]:
         "radius": round(detection.radius_q8 / 256, 4),
         "margin": detection.margin,
         "flags": flag_names(detection.flags),
-        "sigma": None if detection.sigma_q8 == NO_SIGMA else round(detection.sigma_q8 / 256, 4),
-        "heading_sigma": None if detection.sigma_cdeg == NO_SIGMA else detection.sigma_cdeg / 100,
+        "sigma": None if detection.sigma_q12 == NO_SIGMA else round(detection.sigma_q12 / 4096, 4),
+        "heading_sigma": None if detection.sigma_mdeg == NO_SIGMA else detection.sigma_mdeg / 1000,
     }

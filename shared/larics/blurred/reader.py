@@ -17,13 +17,14 @@ except ImportError:
 
 from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, log_grey, sin_q14
 from larics.blurred import candidates as items
+from larics.blurred import uncertainty
 from larics.blurred.acceptance import Acceptance
 from larics.blurred.blur_model import BlurModel
 from larics.blurred.candidates import Candidates
 from larics.blurred.line_fit import BlurredLines
 from larics.blurred.ring_fit import BlurredRings
+from larics.direct.uncertainty import sigma_q12
 from larics.marker import verdicts
-from larics.marker.detection import NO_SIGMA
 
 _ALONG = const(408)  # as in kernels.layouts
 
@@ -200,7 +201,8 @@ class BlurModelReader:
         found.radius_q8 = self.rings.radius_q8
         found.heading_cdeg = self.heading_cdeg
         found.margin = self.acceptance.margin
-        found.sigma_q8 = found.sigma_cdeg = NO_SIGMA
+        found.sigma_q12 = sigma_q12(uncertainty.centre_variance(self.rings, self.lines.noise))
+        found.sigma_mdeg = uncertainty.sigma_mdeg(self.rings)
 
     def _tell(self):
         """Puts down the pose that is reported of an accepted marker."""

@@ -52,6 +52,11 @@ _MOTION_ODOMETRY_AGE_US = const(8)
 # generated: end indices
 
 
+def _told(sigma):
+    """A standard deviation as the wire has it; a detection's unknown one is negative."""
+    return m.SIGMA_UNKNOWN if sigma < 0 else min(sigma, m.SIGMA_UNKNOWN - 1)
+
+
 class Reports:
     """Adds the messages of one frame to a larics.device.outbox.Outbox, between its begin() and commit()."""
 
@@ -81,8 +86,8 @@ class Reports:
         values[_MARKER_HEADING_CDEG] = measurement.heading_cdeg
         values[_MARKER_MARGIN] = measurement.margin
         values[_MARKER_RADIUS_Q8] = measurement.radius_q8
-        values[_MARKER_SIGMA_Q12] = m.SIGMA_UNKNOWN
-        values[_MARKER_SIGMA_MDEG] = m.SIGMA_UNKNOWN
+        values[_MARKER_SIGMA_Q12] = _told(measurement.sigma_q12)
+        values[_MARKER_SIGMA_MDEG] = _told(measurement.sigma_mdeg)
         self._outbox.add(m.MARKER, values)
 
     def no_marker(self, frame, age_us):

@@ -86,10 +86,10 @@ class DirectReader:
         found.heading_cdeg = cdeg_from_turn16(-lines.angle_turn16)
         found.margin = self.acceptance.margin
         variance = uncertainty.centre_variance(self.robust, rings, None if self.is_turned else lines)
-        found.sigma_q8 = uncertainty.sigma_q8(variance)
-        found.sigma_cdeg = NO_SIGMA  # of what the code alone tells
+        found.sigma_q12 = uncertainty.sigma_q12(variance)
+        found.sigma_mdeg = NO_SIGMA  # of what the code alone tells
         if not self.is_turned:
-            found.sigma_cdeg = uncertainty.sigma_cdeg(variance, lines, rings.radius_q8)
+            found.sigma_mdeg = uncertainty.sigma_mdeg(variance, lines, rings.radius_q8)
 
     def examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
         """Fits and reads one candidate and returns the verdict.

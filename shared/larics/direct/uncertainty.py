@@ -35,14 +35,14 @@ def centre_variance(robust, rings, lines):
     return min(_MOST, variance + distance * distance // 22 + moved * moved // 12)
 
 
-def sigma_q8(variance):
-    """Standard deviation of a centre of that variance, 1/256 px, 1..256."""
-    return max(1, (isqrt(variance << 4) + 8) >> 4)
+def sigma_q12(variance):
+    """Standard deviation of a centre of that variance, 1/4096 px, 1..4096."""
+    return max(1, isqrt(variance << 4))
 
 
-def sigma_cdeg(variance, lines, radius_q8):
-    """Standard deviation of the heading, 0.01 degrees, at least 1: the line's own, and the centre's."""
+def sigma_mdeg(variance, lines, radius_q8):
+    """Standard deviation of the heading, 0.001 degrees, at least 3: the line's own, and the centre's."""
     distance = min(lines.line[_CROSSING_DISTANCE], 1024)
     square = distance * distance * 7 // (4 * max(2, lines.line[_CROSSING_COUNTED])) + variance * 23 // 16
     turned = min(16000, isqrt(min(square, _MOST) << 8) * _HEADING // radius_q8)
-    return max(1, (isqrt(turned * turned + _HEADING_LEAST) + 8) >> 4)
+    return isqrt(turned * turned + _HEADING_LEAST) * 10 >> 4

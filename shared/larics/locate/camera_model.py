@@ -26,6 +26,7 @@ except ImportError:
 from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, sin_q14, turn16_from_cdeg, wrap_cdeg
 from larics.arith.fixed_q18 import div, mul, product, root, sin_cos
 from larics.marker import PLAIN_ID_MOST, mirrored_lines
+from larics.marker.detection import NO_SIGMA
 
 _ONE = const(262144)  # 1.0 in q18
 _CDEG100_PER_RAD = const(572958)
@@ -46,7 +47,9 @@ class Measurement:
                                  there is none, ring_height_mm10
     ring_height_mm10             the same from the size of the outer ring alone, 0 when out of range
     heading_cdeg                 direction of the orientation line, counterclockwise from forward, 0..35999
-    radius_q8, margin, flags     as in the detection
+    radius_q8, margin, flags, sigma_q12, sigma_mdeg   as in the detection
+    sigma_mm10                   standard deviation of the vehicle's place by this marker alone, along x and
+                                 along y, at least 1; NO_SIGMA when the detection's is not known
     """
 
     __slots__ = (
@@ -59,12 +62,16 @@ class Measurement:
         "radius_q8",
         "margin",
         "flags",
+        "sigma_q12",
+        "sigma_mdeg",
+        "sigma_mm10",
     )
 
     def __init__(self):
         self.marker_id = -1
         self.offset_x_mm10 = self.offset_y_mm10 = self.height_mm10 = self.ring_height_mm10 = 0
         self.heading_cdeg = self.radius_q8 = self.margin = self.flags = 0
+        self.sigma_q12 = self.sigma_mdeg = self.sigma_mm10 = NO_SIGMA
 
 
 class Camera:
@@ -256,7 +263,21 @@ class Camera:
         out.radius_q8 = detection.radius_q8
         out.margin = detection.margin
         out.flags = detection.flags
+        out.sigma_q12 = detection.sigma_q12
+        out.sigma_mdeg = detection.sigma_mdeg
+        out.sigma_mm10 = NO_SIGMA
+        if detection.sigma_q12 != NO_SIGMA:
+            out.sigma_mm10 = self._sigma_mm10(out, above)
         return True
+
+    def _sigma_mm10(self, out, above_mm10):
+        """What the marker's centre and its heading, at its distance, add to the vehicle's place."""
+        centre = above_mm10 * min(out.sigma_q12, 4095) // (16 * self.focal_q8)
+        away = min(65535, max(abs(out.offset_x_mm10), abs(out.offset_y_mm10)))
+        turned = 0
+        if out.sigma_mdeg != NO_SIGMA:
+            turned = away * (min(out.sigma_mdeg, 163830) // 10) // 5730
+        return max(1, centre, turned)
 
     def read_id(self, marker_id):
         """The ID on the ceiling: a mirrored sensor meets a plain marker's lines in the opposite order."""

@@ -92,6 +92,7 @@ class Localizer:
         self._history = array("i", [0] * 7)  # the measurement before the last: x, y, heading, 100 us to the
         # next; the last: x, y, heading
         self._known = 0
+        self._told_mm10 = self._told_cdeg = 0
         self._noise = (Residuals(_START_MM10), Residuals(_START_MM10), Residuals(_START_CDEG))
         self._guess = array("i", [0] * 3)  # prediction for this frame
         self._seen = array("i", [0] * (4 * MAX_MARKERS))  # x, y, heading, entry of each accepted marker
@@ -140,6 +141,7 @@ class Localizer:
             used = self._relocate(measurements, min(count, MAX_MARKERS), time_us)
             passed_us = (time_us - self._fix_us) & COUNT_MAX
         if used:
+            self._hear(measurements, count)
             self._fix(used, time_us, passed_us)
         elif self.state == COASTING:
             self._coast(passed_us // 100)
@@ -199,6 +201,14 @@ class Localizer:
     def bearing_cdeg(self, x_mm10, y_mm10):
         """Direction of a place of the map in the vehicle frame, 0..35999."""
         return (direction_cdeg(x_mm10 - self.x_mm10, y_mm10 - self.y_mm10) - self.heading_cdeg) % 36000
+
+    def _hear(self, measurements, count):
+        """How sure the markers themselves are of a frame's place and heading: as the least sure of them."""
+        self._told_mm10 = self._told_cdeg = 0
+        for index in range(count):
+            measurement = measurements[index]
+            self._told_mm10 = max(self._told_mm10, measurement.sigma_mm10)
+            self._told_cdeg = max(self._told_cdeg, measurement.sigma_mdeg // 10)
 
     def _predict(self, time_h):
         """The last measurement carried on."""
@@ -385,7 +395,8 @@ class Localizer:
         history[4], history[5] = x, y
         history[6] = heading
         self.sigma_mm10 = max(self._noise[0].sigma(_FLOOR_MM10), self._noise[1].sigma(_FLOOR_MM10))
-        self.sigma_cdeg = self._noise[2].sigma(_FLOOR_CDEG)
+        self.sigma_mm10 = max(self.sigma_mm10, self._told_mm10)
+        self.sigma_cdeg = max(self._noise[2].sigma(_FLOOR_CDEG), self._told_cdeg)
         carrier = self.carrier
         if carrier.begun:
             carrier.fix(x, y, heading, self.sigma_mm10, self.sigma_cdeg)

@@ -31,8 +31,8 @@ class Detection:
     heading_cdeg  image angle of the orientation line, counterclockwise as seen, 0..35999
     radius_q8     outer ring, centre of its line, 1/256 px
     margin        0..255, how far the weakest decision is from its limit
-    sigma_q8      standard deviation of x and of y, 1/256 px, at least 1; NO_SIGMA when it is not known
-    sigma_cdeg    of the heading, 0.01 degrees, likewise
+    sigma_q12     standard deviation of x and of y, 1/4096 px, at least 1; NO_SIGMA when it is not known
+    sigma_mdeg    of the heading, 0.001 degrees, likewise
     flags         sum of FLAG_*
 
     A detector owns its detections and reuses them: copy what must outlive the next frame.
@@ -46,8 +46,8 @@ class Detection:
         "radius_q8",
         "margin",
         "flags",
-        "sigma_q8",
-        "sigma_cdeg",
+        "sigma_q12",
+        "sigma_mdeg",
     )
 
     def __init__(self):
@@ -61,8 +61,8 @@ class Detection:
         self.radius_q8 = 0
         self.margin = 0
         self.flags = 0
-        self.sigma_q8 = NO_SIGMA
-        self.sigma_cdeg = NO_SIGMA
+        self.sigma_q12 = NO_SIGMA
+        self.sigma_mdeg = NO_SIGMA
 
     def take(self, other):
         """Becomes a copy of another detection."""
@@ -73,8 +73,8 @@ class Detection:
         self.radius_q8 = other.radius_q8
         self.margin = other.margin
         self.flags = other.flags
-        self.sigma_q8 = other.sigma_q8
-        self.sigma_cdeg = other.sigma_cdeg
+        self.sigma_q12 = other.sigma_q12
+        self.sigma_mdeg = other.sigma_mdeg
 
     def covers(self, x_q8, y_q8):
         """Whether a place lies within a radius of the marker, in x and in y."""
