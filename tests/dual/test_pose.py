@@ -60,6 +60,19 @@ def test_a_pose_needs_two_frames_that_agree():
     assert (found.age_us, found.marker_id, found.entry, found.fault) == (0, 4, 1, 0)
 
 
+def test_a_pose_is_no_surer_than_its_markers():
+    found, time_us = tracking()
+    assert found.sigma_mm10 < 77 and found.sigma_cdeg < 150
+    near, far = measured(3, 10000, 0, 0), measured(4, 50000, 0, 9000)
+    near.sigma_mm10, near.sigma_mdeg = 20, 1500
+    far.sigma_mm10 = 77  # and its heading is not known
+    found.update([near, far], 2, time_us + FRAME_US)
+    assert found.state == TRACKING
+    assert (found.sigma_mm10, found.sigma_cdeg) == (77, 150)
+    found.update([measured(3, 10000, 0, 0)], 1, time_us + 2 * FRAME_US)
+    assert found.sigma_mm10 < 77
+
+
 def test_frames_that_disagree_give_no_pose():
     found = localizer()
     for k in range(20):
