@@ -232,9 +232,11 @@ class LineReader:
             and line[_CROSSING_SLOPE] < line[_CROSSING_SLOPE_MOST]
         )
 
-    def refine(self, frame, rings):
-        """Measures the orientation line once more, from its last angle and the present centre."""
-        self._measure(frame, rings, self.angle_turn16, 2)
+    def refine(self, frame, rings, rounds):
+        """Measures the orientation line once more, from its last angle and the present centre.
+
+        rounds: two where the centre has moved, which turns the line."""
+        self._measure(frame, rings, self.angle_turn16, rounds)
         self.end_q8 = kernels.line_end(
             0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self._shape, self.angle_turn16
         )

@@ -32,6 +32,7 @@ _EMPTY_MOST = const(40)  # and of one that is empty; what they weigh against a c
 _LINE_SEEN = const(64)
 _NO_LINE_SEEN = const(16)  # it may be hidden
 _WHITE = const(40)  # log units: a place that differs less from the white plate
+_CENTRE_MOVED_Q10 = const(40)  # by the robust fit: the orientation line is measured twice
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
 
@@ -135,10 +136,9 @@ class DirectReader:
             verdict = self._uneven(frame, scale)
         if verdict != verdicts.ACCEPTED:
             return verdict
-        if self.robust.fit(rings):
-            rings.take_centre(self.robust)
+        moved_q10 = rings.take_centre(self.robust) if self.robust.fit(rings) else 0
         if not self.is_turned:
-            lines.refine(frame, rings)
+            lines.refine(frame, rings, 2 if moved_q10 > _CENTRE_MOVED_Q10 else 1)
             margin = acceptance.margin
             verdict = acceptance.orientation(lines, rings)
             if verdict != verdicts.ACCEPTED:

@@ -193,11 +193,13 @@ class RingFit:
         return self.refine(frame, lines, rounds, limit_q8)
 
     def take_centre(self, robust):
-        """Takes the centres of a `RobustCentre` for this pose."""
+        """Takes the centres of a `RobustCentre` for this pose; returns how far the true one moves, 1/1024 px."""
         fit = self.fit
+        moved = max(abs(robust.x_q10 - self.true_x_q10), abs(robust.y_q10 - self.true_y_q10))
         self.true_x_q10 = robust.x_q10
         self.true_y_q10 = robust.y_q10
         fit[_FIT_TRUE_X_Q10] = robust.x_q10 + _BIAS
         fit[_FIT_TRUE_Y_Q10] = robust.y_q10 + _BIAS
         fit[_FIT_X_Q10] = robust.middle_x_q10 + _BIAS
         fit[_FIT_Y_Q10] = robust.middle_y_q10 + _BIAS
+        return moved

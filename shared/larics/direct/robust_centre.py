@@ -14,8 +14,8 @@ from larics.arith import tables
 from larics.kernels import robust as kernels
 
 _LEAST = const(14)  # sectors of both rings
-_ROUNDS = const(5)
-_CAREFUL = const(3)  # of them, before outliers are left out
+_ROUNDS = const(4)
+_CAREFUL = const(2)  # of them, before outliers are left out
 _PRIOR_Q10 = const(31)  # of half the difference of the centres, at 30 px of radius; grows with its square
 _RATIO_SQUARE = const(23716)  # of the inner radius: (154 / 1024 px) ** 2
 _SHARE_MOST = const(4095)  # of a sector's variance
