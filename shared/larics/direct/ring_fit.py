@@ -193,7 +193,7 @@ class RingFit:
         return self.refine(frame, lines, rounds, limit_q8)
 
     def take_centre(self, robust):
-        """Takes the centres of a `RobustCentre` for this pose; returns how far the true one moves, px / 1024."""
+        """Takes the centres of a `RobustCentre`; returns how far the projected one moves, 1/1024 px."""
         fit = self.fit
         moved = max(abs(robust.x_q10 - self.true_x_q10), abs(robust.y_q10 - self.true_y_q10))
         self.true_x_q10 = robust.x_q10
