@@ -23,7 +23,7 @@ class Truth:
 
     frame               name of the frame's file
     time_us             mid-exposure of the row on which the marker's centre lies (no marker: the middle row)
-    id                  0..7, or None
+    id                  0..7 plain, 9..4094 coded, or None
     x_px, y_px          projected marker centre
     heading_deg         image angle from the projected centre to the projected middle of the orientation line,
                         counterclockwise as seen, 0..360 (a lens bends what lies between them);

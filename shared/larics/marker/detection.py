@@ -26,7 +26,7 @@ NO_SIGMA = const(-1)
 class Detection:
     """One marker in one frame.
 
-    marker_id     0..7, or NO_ID when FLAG_ID_UNCERTAIN is set
+    marker_id     0..7 plain, 9..4094 coded, or NO_ID when FLAG_ID_UNCERTAIN is set
     x_q8, y_q8    projected centre of the rings, 1/256 px, x right, y down, pixel centres at integers
     heading_cdeg  image angle of the orientation line, counterclockwise as seen, 0..35999
     radius_q8     outer ring, centre of its line, 1/256 px
