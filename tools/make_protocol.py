@@ -205,7 +205,7 @@ def rates():
     size = protocol.frame_size
     marker, pose, status = size(messages.MARKER), size(messages.POSE), size(messages.STATUS)
     text = [len(line) for line in lines_of_text()]
-    encoder = MavlinkEncoder(Uptime())
+    encoder = MavlinkEncoder(Uptime(), target="ardupilot")
     mavlink = [encoder.encode(number, values) for number, values in examples(*EXAMPLES)]
     cases = (
         ("MARKER", marker * 60),

@@ -130,6 +130,8 @@ def test_floats_are_those_of_struct():
 
 def test_mavlink_leaves_out_what_it_cannot_say():
     encoder = MavlinkEncoder(Uptime())
+    assert encoder.encode(m.MARKER, MARKER) == 0  # the camera looks up: there is nothing to land on
+    encoder = MavlinkEncoder(Uptime(), target="ardupilot")
     for flag in (1, 2, 32, 64):
         assert encoder.encode(m.MARKER, changed(m.MARKER, MARKER, flags=flag)) == 0
     for state in (m.LOST, m.COASTING):
@@ -138,6 +140,7 @@ def test_mavlink_leaves_out_what_it_cannot_say():
     assert encoder.sequence == 0
     size = encoder.encode(m.MARKER, MARKER)
     assert size == 72 and encoder.buffer[0] == 0xFD and encoder.sequence == 1
+    assert encoder.encode(m.MARKER, MARKER) == 0  # one target a frame
 
 
 def test_nothing_is_allocated():
@@ -158,7 +161,7 @@ def test_nothing_is_allocated():
         (m.MARKER, MARKER),
         (m.POSE, POSE),
     )
-    for encoder in (NmeaEncoder(), MavlinkEncoder(uptime)):
+    for encoder in (NmeaEncoder(), MavlinkEncoder(uptime, target="px4")):
         for number, values in pairs:
             encoder.encode(number, values)
         total = 0

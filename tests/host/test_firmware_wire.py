@@ -41,16 +41,19 @@ def everything(folder, *options):
     return bytes(data)
 
 
+DOWN = ["--set", "mavlink_target=ardupilot"]
+
+
 def test_mavlink(recording):
     mavlink = pytest.importorskip("pymavlink.dialects.v20.common")
     folder, _ = recording
     parser = mavlink.MAVLink(None)
     parser.robust_parsing = True
-    found = parser.parse_buffer(everything(folder, "--set", "output=mavlink", *CALIBRATED))
+    found = parser.parse_buffer(everything(folder, "--set", "output=mavlink", *DOWN, *CALIBRATED))
     targets = [message for message in found if message.get_type() == "LANDING_TARGET"]
     assert len(targets) >= COUNT
     for target in targets:
-        assert target.z == pytest.approx(-3, rel=1e-6) and abs(target.x) < 0.9 and abs(target.y) < 1.1
+        assert target.z == pytest.approx(3, rel=1e-6) and abs(target.x) < 0.9 and abs(target.y) < 1.1
         assert target.distance == pytest.approx((target.x**2 + target.y**2 + 9) ** 0.5, rel=1e-3)
     times = [target.time_usec for target in targets]
     assert times == sorted(times) and times[-1] > times[0]

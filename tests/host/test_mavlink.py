@@ -8,8 +8,10 @@ import subprocess
 
 import pytest
 
+from larics.device.outbox import Uptime
 from larics.wire import messages as m
 from larics.wire.codec import Decoder
+from larics.wire.mavlink import MavlinkEncoder
 from tests.host.waiting import PATIENCE_S
 from wire_values import message_values
 
@@ -45,7 +47,7 @@ class Nothing:
         return 0
 
 uptime = Uptime()
-measurements = NmeaEncoder() if "%s" == "nmea" else MavlinkEncoder(uptime, 5, 197)
+measurements = NmeaEncoder() if "%s" == "nmea" else MavlinkEncoder(uptime, 5, 197, "ardupilot")
 sources = (Answers(), Nothing())
 outbox = Outbox(Sink(), Encoder(), sources, 921600, lambda new, old: new - old, measurements, uptime=uptime)
 now = 0
@@ -115,24 +117,25 @@ def test_pymavlink_reads_it():
 
     assert target.target_num == 3 and target.frame == mavlink.MAV_FRAME_BODY_FRD
     assert target.type == mavlink.LANDING_TARGET_TYPE_VISION_FIDUCIAL and target.position_valid == 1
-    assert (target.x, target.y, target.z) == pytest.approx((0.1234, 0.0567, -2.5), rel=1e-7)
+    # a camera that looks down: its left is the vehicle's right, its up is down
+    assert (target.x, target.y, target.z) == pytest.approx((0.1234, -0.0567, 2.5), rel=1e-7)
     assert target.distance == pytest.approx(math.hypot(0.1234, 0.0567, 2.5), rel=1e-3)
-    assert target.angle_x == pytest.approx(math.atan2(0.1234, 2.5), abs=4e-4)
-    assert target.angle_y == pytest.approx(math.atan2(0.0567, 2.5), abs=4e-4)
-    half = math.radians(-90.05) / 2
+    assert target.angle_x == pytest.approx(math.atan2(-0.0567, 2.5), abs=4e-4)
+    assert target.angle_y == pytest.approx(math.atan2(-0.1234, 2.5), abs=4e-4)
+    half = math.radians(90.05) / 2
     sign = 1 if target.q[0] * math.cos(half) > 0 else -1  # q and -q are the same rotation
     assert [sign * item for item in target.q] == pytest.approx(
         [math.cos(half), 0, 0, math.sin(half)], abs=2e-4
     )
     assert target.time_usec == 0  # younger than the start: 20 ms before it
     assert far.time_usec == 4000000 - 20000
-    assert (far.target_num, far.x, far.y) == (255, -100, -100) and far.z == pytest.approx(0.0001)
-    assert far.angle_x == pytest.approx(-math.pi / 2, abs=2e-4)
+    assert (far.target_num, far.x, far.y) == (255, -100, 100) and far.z == pytest.approx(0.0001)
+    assert (far.angle_x, far.angle_y) == pytest.approx((math.pi / 2, math.pi / 2), abs=2e-4)
 
     assert (pose.x, pose.y, pose.z) == pytest.approx((12.3456, 0.0789, 0), rel=1e-7)
     assert (pose.roll, pose.pitch) == (0, 0) and pose.yaw == pytest.approx(-math.pi / 2, abs=1e-6)
     variances = [pose.covariance[k] for k in (0, 6, 11, 15, 18, 20)]
-    expected = [0.0015**2, 0.03**2, 100, 100, 100, math.radians(1.2) ** 2]
+    expected = [0.0015**2, 0.03**2, 0.03**2] + [math.radians(1.2) ** 2] * 3
     assert pose.covariance[1] == pytest.approx(-0.5 * 0.0015 * 0.03, rel=0.02)
     assert variances == pytest.approx(expected, rel=0.02)
     assert sum(map(bool, pose.covariance)) == 7
@@ -162,3 +165,96 @@ def test_lines_stay_whole_beside_answers():
         for byte in body:
             expected ^= byte
         assert int(check, 16) == expected
+
+
+# ------------------------------------------------------------------ what the autopilots make of it
+# formulas as in the sources named in docs/autopilots.md
+
+POS_M_NSE, YAW_M_NSE = 0.2, 0.2  # ArduPilot's defaults of VISO_POS_M_NSE and VISO_YAW_M_NSE
+
+
+def ardupilot_errors(message):
+    """[(position error, angle error)] that older and newer versions give the EKF, m and rad."""
+    c, found = message.covariance, []
+    for combine in (
+        lambda *variances: math.cbrt(sum(v * v for v in variances)),
+        lambda *variances: math.sqrt(sum(variances)),
+    ):
+        position = angle = 0.0
+        if not math.isnan(c[0]):
+            position, angle = combine(c[0], c[6], c[11]), combine(c[15], c[18], c[20])
+        found.append((min(max(position, POS_M_NSE), 100), min(max(angle, YAW_M_NSE), 1.5)))
+    return found
+
+
+def ardupilot_target(message):
+    """The unit vector to the target, forward, right, down, or None when it is dropped."""
+    if message.frame not in (mavlink.MAV_FRAME_BODY_FRD, mavlink.MAV_FRAME_LOCAL_FRD):
+        return None
+    if message.position_valid == 1:
+        if message.distance <= 0:
+            return None
+        vector = [value / message.distance for value in (message.x, message.y, message.z)]
+    else:
+        vector = [-math.tan(message.angle_y), math.tan(message.angle_x), 1.0]
+        vector = [value / math.hypot(*vector) for value in vector]
+    # AC_PrecLand takes only what lies below
+    return vector if vector[2] > 0 else None
+
+
+def px4_target(message):
+    """ "pose", "critical" for a message to the pilot, or an IR-LOCK report's angles: right, back."""
+    if message.position_valid and message.frame == mavlink.MAV_FRAME_LOCAL_NED:
+        return "pose"
+    if message.position_valid:
+        return "critical"
+    return message.angle_x, message.angle_y
+
+
+def sent(target, *rows):
+    """Messages as pymavlink reads them."""
+    encoder = MavlinkEncoder(Uptime(), target=target)
+    data = b""
+    for number, values in rows:
+        data += bytes(encoder.buffer[: encoder.encode(number, values)])
+    return mavlink.MAVLink(None).parse_buffer(data) or []
+
+
+def test_both_autopilots_believe_the_covariance():
+    near, unsure = [message for message in sent("none", (m.POSE, POSES[0]), (m.POSE, POSES[2]))]
+    for position, angle in ardupilot_errors(near):  # it was 10 to 21 m of position error
+        assert (position, angle) == (POS_M_NSE, YAW_M_NSE)
+    for position, angle in ardupilot_errors(unsure):
+        assert (position, angle) == (POS_M_NSE, YAW_M_NSE)  # unknown: its own parameters
+    wide = {"sigma_x_mm10": 5000, "sigma_y_mm10": 5000, "sigma_cdeg": 2000}
+    (lost,) = sent("none", (m.POSE, pose(1, state=m.TRACKING, id=3, **(NEAR | wide))))
+    for position, angle in ardupilot_errors(lost):  # half a metre is told as such
+        assert 0.4 < position < 1.0 and 0.2 < angle < 0.7
+    # PX4 takes the diagonal as it is: finite and above 0, or all left to its parameters
+    for index in (0, 6, 11, 15, 18, 20):
+        assert 0 < near.covariance[index] < 0.01
+    assert math.isnan(unsure.covariance[0])
+
+
+def test_the_reset_counter_counts_what_was_found_again():
+    track, lost = pose(1, state=m.TRACKING, id=3, **NEAR), pose(2, state=m.LOST, id=m.ID_NONE, **NEAR)
+    coast = pose(3, state=m.COASTING, id=3, **NEAR)
+    rows = [(m.POSE, values) for values in (track, coast, track, lost, lost, track, lost, coast, track)]
+    assert [message.reset_counter for message in sent("none", *rows)] == [0, 0, 1, 2]
+
+
+def test_landing_targets_of_a_camera_that_looks_down():
+    values = marker(5, id=3, count=1, x_mm10=1000, y_mm10=-2000, z_mm10=20000)
+    assert sent("none", (m.MARKER, values)) == []
+    (for_ardupilot,) = sent("ardupilot", (m.MARKER, values), (m.MARKER, values))  # one a frame
+    forward, right, down = ardupilot_target(for_ardupilot)
+    assert forward > 0 and right < 0 and down > 0.9
+    (for_px4,) = sent("px4", (m.MARKER, values))
+    image_x, image_y = px4_target(for_px4)
+    assert math.tan(image_x) == pytest.approx(-0.1, abs=1e-3)
+    assert math.tan(image_y) == pytest.approx(-0.05, abs=1e-3)
+    # the same direction by both ways of ArduPilot
+    assert ardupilot_target(for_px4) == pytest.approx([forward, right, down], abs=2e-3)
+    for_ardupilot.z = -for_ardupilot.z  # what it was: above, and dropped
+    assert ardupilot_target(for_ardupilot) is None
+    assert px4_target(for_ardupilot) == "critical"

@@ -43,7 +43,7 @@ def test_floats():
 def test_text_and_mavlink():
     generator = random.Random(2)
     uptime = Uptime()
-    mavlink = MavlinkEncoder(uptime)
+    mavlink = MavlinkEncoder(uptime, target="ardupilot")
     text = NmeaEncoder()
     for _ in range(3000):
         uptime.s = Small(generator.choice((0, 1, 65535, 65536, 1 << 27, (1 << 30) - 1)))
@@ -53,6 +53,7 @@ def test_text_and_mavlink():
         text.encode(number, values)
         if number == m.MARKER:
             values[at(number, "flags")] = Small(0)
+            values[at(number, "frame")] = Small(uptime.us)
         if number == m.POSE:
             values[at(number, "state")] = Small(m.TRACKING)
         assert mavlink.encode(number, values) > 0

@@ -202,6 +202,8 @@ FIELDS = (
     Field(42, "rate_divider", OUTPUT, "int", 1, 1, 255, "", "send the measurements of every n-th frame"),
     Field(43, "mavlink_system", RESTART, "int", 1, 1, 255, "", "MAVLink system ID"),
     Field(44, "mavlink_component", RESTART, "int", 197, 1, 255, "", "MAVLink component ID"),
+    Field(45, "mavlink_target", RESTART, "choice", "none", 0, 0, "",
+          "LANDING_TARGET of a camera that looks down, for whom", choices=("none", "ardupilot", "px4")),
     Field(50, "exposure", EXPOSURE, "choice", "auto", 0, 0, "", "exposure policy", choices=("auto", "fixed")),
     Field(51, "exposure_us", EXPOSURE, "int", 5000, 10, 100000, "us",
           "exposure time when fixed, first one when auto"),

@@ -13,5 +13,7 @@ def measurement_encoder(settings, uptime):
     if settings.output == "mavlink":
         from larics.wire.mavlink import MavlinkEncoder
 
-        return MavlinkEncoder(uptime, settings.mavlink_system, settings.mavlink_component)
+        return MavlinkEncoder(
+            uptime, settings.mavlink_system, settings.mavlink_component, settings.mavlink_target
+        )
     return None

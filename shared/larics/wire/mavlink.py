@@ -1,12 +1,12 @@
 """Measurements as MAVLink 2, for vehicles that run ArduPilot or PX4.
 
-MARKER becomes LANDING_TARGET (149), POSE becomes VISION_POSITION_ESTIMATE (102), STATUS becomes HEARTBEAT
-(0), which is due once a second. What MAVLink has no word for is not sent: frames without a marker, markers
-with an uncertain or unconfirmed ID or without an offset, and poses that are not TRACKING (an estimator that
-fuses them must not be fed predictions).
+POSE becomes VISION_POSITION_ESTIMATE (102), STATUS becomes HEARTBEAT (0), which is due once a second, and
+for a camera that looks down MARKER becomes LANDING_TARGET (149), one a frame. What MAVLink has no word for is
+not sent: frames without a marker, markers with an uncertain or unconfirmed ID or without an offset, and poses
+that are not TRACKING (an estimator that fuses them must not be fed predictions).
 
-Body frame: x forward, y right, z down (BODY_FRD), so y, z and all angles change their sign. The map's
-x, y go out as the local frame's x, -y. Field layouts, message IDs and CRC_EXTRA are those of common.xml.
+What the autopilots make of it is in docs/autopilots.md, with the sources read. The map's x, y go out as the
+local frame's x, -y. Field layouts, message IDs and CRC_EXTRA are those of common.xml.
 """
 
 try:
@@ -20,6 +20,7 @@ from larics.kernels.crc import x25
 from larics.wire import messages as m
 
 # generated: begin indices (tools/make_protocol.py)
+_MARKER_FRAME = const(0)
 _MARKER_AGE_US = const(1)
 _MARKER_FLAGS = const(2)
 _MARKER_ID = const(3)
@@ -55,34 +56,46 @@ _FRAME_BODY_FRD = const(12)
 _TARGET_VISION_FIDUCIAL = const(2)
 
 _COVARIANCE = const(42)  # place of the upper triangle, row by row
-_VARIANCE_UNMEASURED = const(100)  # (10 m)**2 for the height, and as much for roll and pitch
+_RESET_COUNTER = const(126)
 
 
 class MavlinkEncoder:
     """Encodes like larics.wire.codec.Encoder: n = encode(type, values), then send buffer[:n].
 
     n is 0 for what is not sent. `uptime` is the Outbox's, for the time stamps: messages of one frame get the
-    same, whenever they are sent.
+    same, whenever they are sent. target: "none", or the autopilot that LANDING_TARGET is for, "ardupilot" or
+    "px4".
     """
 
-    def __init__(self, uptime, system=1, component=197):
+    def __init__(self, uptime, system=1, component=197, target="none"):
         self.buffer = bytearray(_HEADER + _LONGEST + 2)
         self.sequence = 0
         self._uptime = uptime
         self._system = system
         self._component = component
+        self._is_target_sent = target != "none"
+        self._is_position_sent = target == "ardupilot"
+        self._target_frame = -1
+        self._resets = 0  # times that the pose was found again, 0..255
+        self._is_lost = False
 
     def encode(self, number, values):
         buffer = self.buffer
         if number == m.MARKER:
-            if values[_MARKER_FLAGS] & _UNUSABLE:
+            frame = values[_MARKER_FRAME]
+            if not self._is_target_sent or values[_MARKER_FLAGS] & _UNUSABLE or frame == self._target_frame:
                 return 0
+            self._target_frame = frame
             self._clear(60)
             self._landing_target(values)
             return self._finish(_LANDING_TARGET, 60, 200)
         if number == m.POSE:
             if values[_POSE_STATE] != m.TRACKING:
+                self._is_lost = self._is_lost or values[_POSE_STATE] == m.LOST
                 return 0
+            if self._is_lost:  # the pose may have jumped
+                self._resets = (self._resets + 1) & 0xFF
+                self._is_lost = False
             self._clear(117)
             self._vision_position(values)
             return self._finish(_VISION_POSITION_ESTIMATE, 117, 158)
@@ -102,11 +115,11 @@ class MavlinkEncoder:
 
     def _landing_target(self, values):
         buffer = self.buffer
-        x, y, z = values[_MARKER_X_MM10], -values[_MARKER_Y_MM10], -values[_MARKER_Z_MM10]
+        # x, y, z are said as of a camera that looks up: left is right for one that looks down, up is down
+        x, y, z = values[_MARKER_X_MM10], values[_MARKER_Y_MM10], abs(values[_MARKER_Z_MM10])
         self._put_time(values[_MARKER_AGE_US])
-        depth = abs(z)
-        _put_angle(buffer, 18, atan2_turn16(x >> 2, depth >> 2))  # atan2 takes 22 bits: 0.4 mm
-        _put_angle(buffer, 22, atan2_turn16(y >> 2, depth >> 2))
+        _put_angle(buffer, 18, atan2_turn16(y >> 2, z >> 2))  # image x: to the right; atan2 takes 22 bits
+        _put_angle(buffer, 22, atan2_turn16(-x >> 2, z >> 2))  # image y: backwards
         put_float32(buffer, 26, _length(x, y, z), 10000)
         # size_x, size_y: 0, not told
         buffer[38] = min(255, values[_MARKER_ID])  # target_num has 8 bits
@@ -115,11 +128,11 @@ class MavlinkEncoder:
         put_float32(buffer, 44, y, 10000)
         put_float32(buffer, 48, z, 10000)
         heading = values[_MARKER_HEADING_CDEG]
-        half_turn16 = ((36000 - heading) * 4096 + 2250) // 4500  # half of minus the heading
+        half_turn16 = (heading * 4096 + 2250) // 4500  # half of the heading, clockwise as z points down
         put_float32(buffer, 52, cos_q14(half_turn16), 16384)
         put_float32(buffer, 64, sin_q14(half_turn16), 16384)
         buffer[68] = _TARGET_VISION_FIDUCIAL
-        buffer[69] = 1  # position_valid
+        buffer[69] = self._is_position_sent  # position_valid; PX4 reads the angles, and BODY_FRD never
 
     def _vision_position(self, values):
         buffer = self.buffer
@@ -133,15 +146,18 @@ class MavlinkEncoder:
         put_float32(buffer, 38, -heading * 174 - heading * 5329 // 10000, 1000000)
         sigma_x, sigma_y = values[_POSE_SIGMA_X_MM10], values[_POSE_SIGMA_Y_MM10]
         sigma_cdeg = values[_POSE_SIGMA_CDEG]
+        buffer[_RESET_COUNTER] = self._resets
         if max(sigma_x, sigma_y, sigma_cdeg) == m.SIGMA_UNKNOWN:
             put_nan32(buffer, _COVARIANCE)
             return
         _put_variance(buffer, 0, sigma_x)
         _put_covariance(buffer, 1, sigma_x, sigma_y, -values[_POSE_CORRELATION_Q14])
         _put_variance(buffer, 6, sigma_y)
-        for index in (11, 15, 18):  # height, roll and pitch are not measured
-            put_float32(buffer, _COVARIANCE + 4 * index, _VARIANCE_UNMEASURED, 1)
-        _put_variance(buffer, 20, min(31416, sigma_cdeg * 1745 // 1000))
+        # z, roll and pitch are 0 on a level floor; ArduPilot adds their variances to those of x, y and yaw
+        _put_variance(buffer, 11, max(sigma_x, sigma_y))
+        sigma = min(31416, sigma_cdeg * 1745 // 1000)
+        for index in (15, 18, 20):
+            _put_variance(buffer, index, sigma)
 
     def _put_time(self, age_us):
         """The time of the exposure, microseconds since start: 64 bits, byte by byte to stay within 30.
