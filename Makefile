@@ -8,7 +8,7 @@ export PYTHONPATH := shared:host
 MICROPYTHON ?= $(BIN)/micropython
 export MICROPYTHON
 
-.PHONY: help demo test lint bench mpy flash reproduce fuzz vehicle clean setup
+.PHONY: vehicle-package help demo test lint bench mpy flash reproduce fuzz vehicle clean setup
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' Makefile
 
@@ -49,6 +49,9 @@ fuzz: $(READY)  ## long damage runs on both decoders of the wire (about fifteen 
 
 vehicle: $(READY)  ## the vehicle's C library on AVR, Cortex-M, big-endian: same results, flash, RAM, cycles
 	$(BIN)/python tools/vehicle_targets.py
+
+vehicle-package: $(READY)  ## archive of the vehicle's C library for Arduino, PlatformIO, CMake, ESP-IDF, Zephyr
+	$(BIN)/python tools/vehicle_package.py
 
 flash: $(READY)  ## put the firmware on the connected board (FLASH="--port /dev/ttyACM0 --dry-run")
 	$(BIN)/larics flash $(FLASH)

@@ -69,16 +69,9 @@ size_t larics_wheels_message(const larics_wheels *wheels, uint32_t now_us, uint1
                              uint8_t frame[LARICS_MAX_FRAME])
 {
     larics_message message;
-    uint32_t age_us = now_us - wheels->sampled_us;
     size_t size;
-    memset(&message, 0, sizeof message);
-    message.type = LARICS_ODOMETRY;
-    message.as.odometry.time_us = wheels->sampled_us & LARICS_COUNT_MAX;
-    message.as.odometry.age_us = age_us > LARICS_COUNT_MAX ? LARICS_COUNT_MAX : age_us;
-    message.as.odometry.x_mm10 = wheels->x_mm10;
-    message.as.odometry.y_mm10 = wheels->y_mm10;
-    message.as.odometry.heading_cdeg = (uint16_t)(wheels->heading_mdeg / 10);
-    message.as.odometry.epoch = wheels->epoch;
+    larics_set_odometry(&message, wheels->sampled_us, now_us, wheels->x_mm10, wheels->y_mm10,
+                        wheels->heading_mdeg / 10, wheels->epoch);
     if (wheels->is_slipping) message.as.odometry.flags |= LARICS_ODOMETRY_SLIP;
     if (wheels->is_standing) message.as.odometry.flags |= LARICS_ODOMETRY_STANDING;
     size = larics_encode(&message, *sequence, frame);

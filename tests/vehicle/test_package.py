@@ -1,0 +1,122 @@
+"""The library as its users install it: archive, metadata, pages, and what each build system finds."""
+
+import json
+import re
+import shutil
+import subprocess
+import zipfile
+
+import pytest
+
+import larics
+from tools import vehicle_package
+from tools.vehicle_build import LIBRARY, SOURCES, STRICT
+
+FOLDER = LIBRARY.parent
+
+
+@pytest.fixture(scope="module")
+def unpacked(tmp_path_factory):
+    """The library as it comes out of the archive."""
+    folder = tmp_path_factory.mktemp("package")
+    archive = vehicle_package.make(folder)
+    first = archive.read_bytes()
+    assert vehicle_package.make(folder).read_bytes() == first  # the same sources, the same bytes
+    with zipfile.ZipFile(archive) as opened:
+        opened.extractall(folder)
+    return folder / ("LARICS-" + larics.__version__)
+
+
+def test_the_root_of_the_archive_is_the_library(unpacked):
+    names = {path.name for path in unpacked.iterdir()}
+    assert names == {
+        *("CMakeLists.txt", "LICENSE", "README.md", "REFERENCE.md", "examples", "idf_component.yml"),
+        *("keywords.txt", "library.json", "library.properties", "src", "zephyr"),
+    }
+
+
+def test_metadata_agree(unpacked):
+    properties = dict(
+        line.split("=", 1) for line in (unpacked / "library.properties").read_text().splitlines()
+    )
+    for name in ("name", "version", "author", "maintainer", "sentence", "paragraph", "category", "url"):
+        assert properties[name]
+    assert set(properties["includes"].split(",")) <= {path.name for path in (unpacked / "src").glob("*.h")}
+    described = json.loads((unpacked / "library.json").read_text())
+    assert described["version"] == properties["version"] == larics.__version__
+    for example in described["examples"]:
+        assert all((unpacked / example["base"] / name).is_file() for name in example["files"])
+    assert larics.__version__ in (unpacked / "idf_component.yml").read_text()
+
+
+def test_keywords_are_what_the_headers_declare(unpacked):
+    rows = [line.split("\t") for line in (unpacked / "keywords.txt").read_text().splitlines()]
+    assert all(len(row) == 2 for row in rows)
+    kinds = dict(rows)
+    assert kinds["larics_supervisor"] == "KEYWORD1" and kinds["larics_begin_drain"] == "KEYWORD2"
+    assert kinds["LARICS_GOOD"] == "LITERAL1" and kinds["larics_encode"] == "KEYWORD2"
+
+
+def test_cmake_builds_it(unpacked, tmp_path):
+    if not shutil.which("cmake"):
+        pytest.skip("not installed: apt-get install cmake")
+    (tmp_path / "main.c").write_text(
+        '#include "larics_drive.h"\nint main(void) { larics_drive d; return !larics_drive_init(&d, 0); }\n'
+    )
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.13)\nproject(app C)\nadd_subdirectory(%s larics)\n"
+        "add_executable(app main.c)\ntarget_link_libraries(app PRIVATE larics)\n" % unpacked
+    )
+    for command in (["cmake", "-S", ".", "-B", "out"], ["cmake", "--build", "out"], ["out/app"]):
+        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+
+
+def test_every_build_system_names_every_source():
+    text = (FOLDER / "CMakeLists.txt").read_text()
+    assert set(re.findall(r"src/(\w+\.c)", text)) == {path.name for path in SOURCES}
+    assert (
+        "idf_component_register" in text
+        and "zephyr_library" in (FOLDER / "zephyr" / "CMakeLists.txt").read_text()
+    )
+
+
+def pages():
+    """{function: text of its page}"""
+    text = (FOLDER / "REFERENCE.md").read_text()
+    return {part.split("\n", 1)[0]: part for part in text.split("\n### ")[1:]}
+
+
+def test_every_function_has_a_page():
+    private = {"larics_arith.h", "larics_flash.h", "larics_tables.h"}
+    declared = {}
+    for header in sorted(LIBRARY.glob("*.h")):
+        if header.name in private:
+            continue
+        for match in re.finditer(r"^[a-z][\w ]*\b(larics_\w+)\([^;{]*\);", header.read_text(), re.MULTILINE):
+            declared[match.group(1)] = " ".join(match.group(0).split())
+    found = pages()
+    assert set(found) == set(declared)
+    for name, page in found.items():
+        assert "**Synopsis** `%s`" % declared[name] in page
+        for part in ("**Description** ", "**Returns** ", "**Errors** ", "**Example**"):
+            assert part in page
+
+
+def test_the_examples_on_the_pages_compile(tmp_path):
+    types = ("decoder", "supervisor", "limits", "choice", "drive", "route", "wheels", "commands", "info")
+    names = {"supervisor": "camera"}
+    lines = ["#include <string.h>"]
+    lines += ['#include "%s"' % path.name for path in sorted(LIBRARY.glob("larics*.h"))]
+    lines += ["static larics_%s %s;" % (kind, names.get(kind, kind)) for kind in types]
+    lines += ["static larics_message message;", "static larics_drive_limits drive_limits;"]
+    lines += ["static uint8_t frame[LARICS_MAX_FRAME], byte;", "static uint16_t sequence, workspace[8];"]
+    lines += ["static const uint16_t ids[] = {3, 4, 7, 3};", "static int32_t x, values[8];"]
+    lines += ["static uint32_t now_ms;", "static size_t size;", "int main(void)", "{"]
+    lines += [re.search(r"```c\n(.*?)\n```", page, re.DOTALL).group(1) for page in pages().values()]
+    lines += ["    (void)x; (void)size; (void)message; (void)byte; (void)frame; (void)drive_limits;"]
+    source = tmp_path / "examples.c"
+    source.write_text("\n".join([*lines, "    return 0;", "}"]))
+    flags = [flag for flag in STRICT if not flag.endswith("conversion")]
+    unused = ["-Wno-unused-variable", "-Wno-unused-const-variable"]
+    command = ["gcc", *flags, *unused, "-fsyntax-only", "-I", str(LIBRARY), str(source)]
+    subprocess.run(command, check=True)

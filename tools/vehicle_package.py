@@ -1,0 +1,56 @@
+"""Makes the archive of the vehicle's library, whose root is the library: build/LARICS-VERSION.zip.
+
+    python tools/vehicle_package.py [FOLDER]
+
+The Arduino IDE takes it as it is ("Add .ZIP Library"); PlatformIO, CMake, ESP-IDF and Zephyr find their files
+in it. The same sources give the same bytes.
+"""
+
+import pathlib
+import re
+import sys
+import zipfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+LIBRARY = ROOT / "firmware" / "vehicle"
+
+
+def version():
+    return re.search(r"^version=(.+)$", (LIBRARY / "library.properties").read_text(), re.MULTILINE).group(1)
+
+
+def keywords():
+    """Text of keywords.txt: what the headers declare, for the colours of the Arduino IDE."""
+    text = "".join(path.read_text() for path in sorted((LIBRARY / "src").glob("*.h")))
+    types = sorted(set(re.findall(r"^} (larics_\w+);", text, re.MULTILINE)))
+    functions = sorted(set(re.findall(r"^[a-z]\w*[ \w*]* \*?(larics_\w+)\(", text, re.MULTILINE)))
+    constants = sorted(set(re.findall(r"^#define (LARICS_\w+) ", text, re.MULTILINE)))
+    lines = [*("%s\tKEYWORD1" % name for name in types), *("%s\tKEYWORD2" % name for name in functions)]
+    return "\n".join([*lines, *("%s\tLITERAL1" % name for name in constants)]) + "\n"
+
+
+def files():
+    """[(name in the archive, bytes)]"""
+    found = [("LICENSE", (ROOT / "LICENSE").read_bytes()), ("keywords.txt", keywords().encode())]
+    for path in sorted(LIBRARY.rglob("*")):
+        if path.is_file() and path.suffix not in (".o", ".pyc"):
+            found.append((str(path.relative_to(LIBRARY)), path.read_bytes()))
+    return sorted(found)
+
+
+def make(folder):
+    """Writes the archive; returns its path."""
+    name = "LARICS-" + version()
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / (name + ".zip")
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, data in files():
+            entry = zipfile.ZipInfo("%s/%s" % (name, path), (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data)
+    return target
+
+
+if __name__ == "__main__":
+    print(make(pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "build"))
