@@ -49,11 +49,11 @@ class Loop:
         app, clock = self._app, self._clock
         self._report_status()
         start_ms = clock.ticks_ms()
-        idle = False
-        while not idle and clock.ticks_diff(clock.ticks_ms(), start_ms) < limit_ms:
-            idle = app.outbox.idle()
+        sent = False
+        while not sent and clock.ticks_diff(clock.ticks_ms(), start_ms) < limit_ms:
+            sent = app.outbox.empty()
             self._serve_line()
-            idle = idle and not app.line.pending()
+            sent = sent and not app.line.pending()
 
     def step(self):
         """One round; True when a frame was processed."""

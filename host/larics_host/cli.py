@@ -27,6 +27,7 @@ from larics_host.errors import EXIT_INTERRUPTED, UserError, begin_run, report
 COMMANDS = (
     "marker",
     "detect",
+    "camera",
     "validate",
     "monitor",
     "log",

@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     if args.action == "diff" and args.file:
         file = tools.read_file(args.file)
-    changes = _changes(args.changes, tools) if args.action == "set" else file
+    changes = tools.parse_changes(args.changes) if args.action == "set" else file
     if args.action == "export":
         refuse_existing(args.file, args.force)
     if args.action == "get":
@@ -80,18 +80,6 @@ def _check_names(names):
     for name in names:
         if field(name) is None:
             raise UserError("there is no setting %s: larics settings show lists them" % name)
-
-
-def _changes(words, tools):
-    changes = {}
-    for word in words:
-        name, equals, text = word.partition("=")
-        if not equals:
-            raise UserError("%s is not NAME=VALUE" % word)
-        if name in changes:
-            raise UserError("%s is given twice" % name)
-        changes[name] = tools.parse_value(name, text)
-    return changes
 
 
 def _show(args, client, _):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
@@ -145,6 +145,19 @@ def parse_value(name: str, text: str) -> Any:
     if reason:
         raise UserError(reason)
     return value
+
+
+def parse_changes(words: Iterable[str]) -> dict[str, Any]:
+    """{name: value} of words NAME=VALUE. Raises UserError."""
+    changes: dict[str, Any] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not equals:
+            raise UserError("%s is not NAME=VALUE" % word)
+        if name in changes:
+            raise UserError("%s is given twice" % name)
+        changes[name] = parse_value(name, text)
+    return changes
 
 
 def read_file(path: StrPath) -> dict[str, Any]:

@@ -146,6 +146,10 @@ class Outbox:
         group = self._sending
         return group.sent == group.count and not self._answers.busy()
 
+    def empty(self):
+        """True when the measurements of every frame so far were given to the sink."""
+        return not self._waiting.ready and self.idle()
+
     def poll(self, now_us):
         """Gives the sink what the line can take now."""
         if self._now_us is not None:

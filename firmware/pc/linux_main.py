@@ -1,0 +1,116 @@
+"""The program on a Linux computer: frames from a video source in, the wire out. `larics camera` runs it.
+
+    python firmware/pc/linux_main.py OPTIONS.json
+
+OPTIONS: what `larics camera` checked, {"source", "size", "fps", "every", "port", "baud", "tcp", "pty",
+"link", "stdout", "settings", "set"}. Settings are kept in the file `settings`, as a board keeps its own.
+"""
+
+import hashlib
+import json
+import os
+import signal
+import sys
+
+from app import App
+from atomic_file import AtomicFile
+from cameras import CameraError
+from faults import Faults
+from pc import byte_lines, host_clock
+from pc.video_camera import VideoCamera
+from pc.video_source import VideoSource
+from settings_store import SettingsStore
+
+BOARD = "linux"
+
+
+class Stop(BaseException):
+    """A signal asked for the end; no handler of exceptions takes it."""
+
+
+def make_line(options, baud):
+    if options.get("stdout"):
+        return byte_lines.StandardOutput()
+    if options.get("tcp") is not None:
+        return byte_lines.TcpServer(options["tcp"])
+    if options.get("port"):
+        return byte_lines.SerialPort(options["port"], options.get("baud") or baud)
+    return byte_lines.PseudoTerminal(options.get("link"))
+
+
+def unique_id():
+    """Twelve bytes that stay the same on this computer and tell nothing else about it."""
+    try:
+        with open("/etc/machine-id", "rb") as file:
+            text = file.read()
+    except OSError:
+        text = os.uname().nodename.encode()
+    return hashlib.sha256(b"larics camera " + text.strip()).digest()[:12]
+
+
+def make_app(options):
+    """(App, line). Raises ValueError, OSError or CameraError with what is wrong."""
+    faults = Faults()
+    store = SettingsStore(AtomicFile(options["settings"]), faults)
+    settings = store.load()
+    for name, value in options.get("set", {}).items():
+        settings.set(name, value)
+    size = tuple(options["size"]) if options.get("size") else None
+    camera = VideoCamera(
+        lambda: VideoSource(options["source"], size, options.get("fps")), every=options.get("every", False)
+    )
+    camera.start()  # a source that is not there is told now, in one line
+    line = make_line(options, settings.baud)
+    app = App(settings, camera, line, BOARD, unique_id(), store, faults, clock=host_clock)
+    camera.ready = lambda: app.outbox.empty()
+    return app, line
+
+
+def stop(*_):
+    raise Stop
+
+
+def main(arguments):
+    with open(arguments[0]) as file:
+        options = json.load(file)
+    locks = []
+    try:
+        os.makedirs(os.path.dirname(options["settings"]), exist_ok=True)
+        locks.append(byte_lines.lock_of(options["settings"] + ".lock"))
+    except BlockingIOError:
+        return fail("another larics camera uses %s: give --settings FILE" % options["settings"])
+    except OSError:
+        pass  # nothing can be kept there, which a save will tell
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        signal.signal(getattr(signal, name), stop)
+    try:
+        app, line = make_app(options)
+    except (ValueError, OSError, CameraError) as error:
+        return fail(str(error))
+    except Stop:
+        return 0
+    camera = app.watch.camera
+    what = camera.width, camera.height, options["source"], line.name
+    try:
+        sys.stderr.write("larics camera: %dx%d from %s to %s\n" % what)
+        sys.stderr.flush()
+        app.run()
+    except Stop:
+        app.loop.close(300)
+    except byte_lines.Closed:
+        pass
+    finally:
+        camera.stop()
+        line.close()
+    if app.commands.restart_due:
+        os.execv(sys.executable, [sys.executable, *sys.argv])
+    return 0
+
+
+def fail(text):
+    sys.stderr.write("larics: %s\n" % text.splitlines()[0])
+    return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

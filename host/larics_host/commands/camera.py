@@ -1,0 +1,95 @@
+"""`larics camera`: the sensor on a Linux computer, a webcam, a video or an address in place of the board."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from larics_host.errors import UserError
+
+NAME = "camera"
+HELP = "be the sensor on a Linux computer: frames from a webcam, a video or an address, the wire out"
+EXAMPLE = """
+larics camera                                        # /dev/video0; prints the pseudo-terminal to open
+larics camera --source 2 --size 640x480 --port /dev/ttyAMA0
+larics camera --source http://127.0.0.1:8080/stream --tcp 7007
+larics camera --source drive.mp4 --stdout | larics log --input - -o run
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--source", metavar="WHAT", default="0",
+        help="number or path of a V4L2 device (0), a video file, or an MJPEG or RTSP address",
+    )  # fmt: skip
+    parser.add_argument(
+        "--size", metavar="WxH", help="to ask a device for; larger frames than 1024 px are reduced"
+    )
+    parser.add_argument("--fps", type=float, metavar="N", help="to ask a device for")
+    parser.add_argument("--every", action="store_true", help="process every frame of a file, at any speed")
+    line = parser.add_mutually_exclusive_group()
+    line.add_argument("--port", metavar="DEVICE", help="send to this serial port")
+    line.add_argument(
+        "--tcp", metavar="PORT", type=int, help="serve one listener on 127.0.0.1 (0: a free port)"
+    )
+    line.add_argument("--stdout", action="store_true", help="send to standard output")
+    line.add_argument("--link", metavar="PATH", help="the pseudo-terminal under this name, too")
+    parser.add_argument("--baud", type=int, metavar="N", help="of the port, instead of the setting")
+    parser.add_argument(
+        "--settings", metavar="FILE", help="where settings are kept (%s)" % default_settings("camera")
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a setting for this run; may be repeated",
+    )
+
+
+def default_settings(name: str) -> Path:
+    """The file in the user's configuration folder."""
+    folder = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
+    return Path(folder) / "larics" / (name + ".json")
+
+
+def run(args: argparse.Namespace) -> int:
+    from larics_host.connection.camera_settings import parse_changes
+    from larics_host.drive.firmware import ROOT
+
+    if not sys.platform.startswith("linux"):
+        raise UserError("larics camera runs on Linux; here is %s" % sys.platform)
+    program = ROOT / "firmware" / "pc" / "linux_main.py"
+    if not program.is_file():
+        raise UserError(
+            "the firmware's sources are not here: run larics camera from a copy of the repository"
+        )
+    options: dict[str, Any] = {
+        "source": args.source, "size": _size(args.size), "fps": args.fps, "every": args.every,
+        "port": args.port, "baud": args.baud, "tcp": args.tcp, "stdout": args.stdout, "link": args.link,
+        "settings": os.path.abspath(args.settings or default_settings("camera")),
+        "set": parse_changes(args.set),
+    }  # fmt: skip
+    if args.tcp is not None and not 0 <= args.tcp <= 65535:
+        raise UserError("--tcp %d is no port: 0 to 65535" % args.tcp)
+    folder = tempfile.mkdtemp(prefix="larics-camera-")
+    file = Path(folder) / "options.json"
+    file.write_text(json.dumps(options))
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT / "shared"), str(ROOT / "firmware")]))
+    sys.stdout.flush()
+    # the program takes the place of this one, so that signals and a service manager reach it directly
+    os.execve(sys.executable, [sys.executable, str(program), str(file)], environment)
+
+
+def _size(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    width, _, height = text.lower().partition("x")
+    if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
+        raise UserError("--size %s is no size: write WIDTHxHEIGHT, as 640x480" % text)
+    return int(width), int(height)

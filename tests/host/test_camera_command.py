@@ -1,0 +1,294 @@
+"""`larics camera`: the sensor on a computer, with real videos, an MJPEG server, a pty, TCP and C."""
+
+import contextlib
+import http.server
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import cv2
+import pytest
+
+from larics.wire import messages as m
+from larics_host.connection.receiver import Receiver
+from larics_host.truth import by_frame, read_truth
+from tests.host.test_dual import ROOT
+
+NAMES = ["sunny_r30_1000_%d.pgm" % k for k in range(3)]
+
+
+def pictures():
+    return [cv2.imread(str(ROOT / "tests/frames" / name), cv2.IMREAD_GRAYSCALE) for name in NAMES]
+
+
+def video(path, frames, fps=30):
+    height, width = frames[0].shape
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), fps, (width, height), False)
+    for frame in frames:
+        writer.write(frame)
+    writer.release()
+    return str(path)
+
+
+def command(tmp_path, *options):
+    settings = ["--settings", str(tmp_path / "settings.json")]
+    return [sys.executable, "-m", "larics_host", "camera", *settings, *options]
+
+
+def environment(tmp_path):
+    return dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"), HOME=str(tmp_path))
+
+
+def messages_of(data):
+    return [(message.name, message.fields) for message in Receiver().feed(data, 0.0)]
+
+
+@contextlib.contextmanager
+def running(tmp_path, *options):
+    """(process, where its line is to be had)"""
+    process = subprocess.Popen(
+        command(tmp_path, *options),
+        env=environment(tmp_path),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = process.stderr.readline()
+        found = re.search(r" to (\S+)$", line.strip())
+        assert found, line
+        yield process, found.group(1)
+    finally:
+        process.terminate()
+        process.communicate(timeout=60)
+
+
+class Stream(http.server.BaseHTTPRequestHandler):
+    """Multipart JPEG, as webcams and OpenMV's own examples serve it."""
+
+    def do_GET(self):
+        self.send_response(200)
+        self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
+        self.end_headers()
+        while not self.server.stopped:
+            if self.server.silent:
+                time.sleep(0.05)
+                continue
+            body = next(self.server.bodies)
+            self.wfile.write(b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(body))
+            self.wfile.write(body + b"\r\n")
+            time.sleep(0.03)
+
+    def log_message(self, *_):
+        pass
+
+    def handle(self):
+        with contextlib.suppress(OSError):
+            super().handle()
+
+
+@contextlib.contextmanager
+def mjpeg_server(frames, port=0):
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", port), Stream)
+    bodies = [cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes() for frame in frames]
+
+    def forever():
+        while True:
+            yield from bodies
+
+    server.bodies, server.silent, server.stopped = forever(), False, False
+    server.daemon_threads = True
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield server
+    finally:
+        server.stopped = True
+        server.shutdown()
+        server.server_close()
+
+
+class Listener:
+    """Reads the messages at a TCP address until one is as wanted."""
+
+    def __init__(self, address):
+        host, port = address.split(":")
+        self._socket = socket.create_connection((host, int(port)), timeout=60)
+        self._receiver = Receiver()
+        self._waiting = []
+
+    def until(self, wanted):
+        """The first message from now on for which wanted(name, fields) is true."""
+        end_s = time.monotonic() + 90
+        while time.monotonic() < end_s:
+            while self._waiting:
+                message = self._waiting.pop(0)
+                if wanted(message.name, message.fields):
+                    return message.fields
+            data = self._socket.recv(4096)
+            assert data, "the camera hung up"
+            self._waiting += self._receiver.feed(data, 0.0)
+        raise AssertionError("no such message came")
+
+
+def marker(name, fields):
+    return name == "MARKER" and fields.count > 0
+
+
+def test_every_frame_of_a_video_is_reported_with_its_marker(tmp_path):
+    source = video(tmp_path / "drive.avi", pictures() * 4)
+    done = subprocess.run(
+        command(tmp_path, "--source", source, "--every", "--stdout"),
+        env=environment(tmp_path),
+        capture_output=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    truths = by_frame(read_truth(ROOT / "tests/frames"))
+    wanted = [truths[name][0].id for name in NAMES] * 4
+    markers = [fields for name, fields in messages_of(done.stdout) if name == "MARKER"]
+    assert [fields.id for fields in markers] == wanted
+    assert [fields.frame for fields in markers] == list(range(12))
+    info = next(fields for name, fields in messages_of(done.stdout) if name == "INFO")
+    assert (info.board, info.width, info.height) == ("linux", 360, 296)
+
+
+def test_large_frames_are_reduced_by_a_whole_factor(tmp_path):
+    large = [cv2.resize(frame, None, fx=4, fy=4, interpolation=cv2.INTER_CUBIC) for frame in pictures()]
+    source = video(tmp_path / "large.avi", large)
+    done = subprocess.run(
+        command(tmp_path, "--source", source, "--every", "--stdout", "--set", "radius_max_px=66"),
+        env=environment(tmp_path),
+        capture_output=True,
+        timeout=120,
+    )
+    messages = messages_of(done.stdout)
+    info = next(fields for name, fields in messages if name == "INFO")
+    assert (info.width, info.height) == (720, 592)
+    assert [fields.count for name, fields in messages if name == "MARKER"] == [1, 1, 1]
+
+
+def test_a_stream_that_falls_silent_and_comes_back(tmp_path):
+    with mjpeg_server(pictures()) as server:
+        port = server.server_address[1]
+        address = "http://127.0.0.1:%d/" % port
+        with running(tmp_path, "--source", address, "--tcp", "0") as (_, line):
+            listener = Listener(line)
+            first = listener.until(marker)
+            assert first.age_us < 60_000_000
+            server.silent = True
+            fault = 1 << m.FAULT_CAMERA_TIMEOUT
+            listener.until(lambda name, fields: name == "STATUS" and fields.active_faults & fault)
+            server.silent = False
+            again = listener.until(marker)
+            assert again.frame > first.frame
+            listener.until(lambda name, fields: name == "STATUS" and not fields.active_faults & fault)
+
+
+def test_a_source_that_vanishes_is_opened_again(tmp_path):
+    with mjpeg_server(pictures()) as server:
+        port = server.server_address[1]
+        process = running(tmp_path, "--source", "http://127.0.0.1:%d/" % port, "--tcp", "0")
+        _, line = process.__enter__()
+        listener = Listener(line)
+        first = listener.until(marker)
+    try:
+        with mjpeg_server(pictures(), port):
+            later = listener.until(lambda n, f: marker(n, f) and f.frame > first.frame + 2)
+            assert later.id == first.id or later.id in {5, *range(8)}
+    finally:
+        process.__exit__(None, None, None)
+
+
+def test_settings_are_kept_for_the_next_start(tmp_path):
+    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    with running(tmp_path, "--source", source, "--link", str(tmp_path / "larics")):
+        pairs = [sys.executable, "-m", "larics_host", "settings"]
+        port = ["--port", str(tmp_path / "larics")]
+        for words in (["set", "max_speed_mm_s=1234"], ["save"]):
+            done = subprocess.run(
+                [*pairs, words[0], *port, *words[1:]],
+                env=environment(tmp_path),
+                capture_output=True,
+                text=True,
+            )
+            assert done.returncode == 0, done.stderr
+    assert b'"max_speed_mm_s": 1234' in (tmp_path / "settings.json").read_bytes()
+    assert not os.path.lexists(tmp_path / "larics")
+
+
+def test_the_c_library_reads_it(tmp_path):
+    program = tmp_path / "read_stream"
+    sources = sorted((ROOT / "firmware/vehicle/src").glob("*.c"))
+    example = ROOT / "firmware/vehicle/examples/linux/read_stream.c"
+    include = "-I%s" % (ROOT / "firmware/vehicle/src")
+    subprocess.run(["gcc", "-std=c99", include, *sources, example, "-o", program], check=True)
+    source = video(tmp_path / "drive.avi", pictures() * 8)
+    done = subprocess.run(
+        command(tmp_path, "--source", source, "--every", "--stdout"),
+        env=environment(tmp_path),
+        capture_output=True,
+    )
+    said = subprocess.run([program], input=done.stdout, capture_output=True, text=False).stdout.decode()
+    assert said.count("MARKER") >= 24 or said.lower().count("marker") >= 24, said[:600]
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (["--source", "/dev/video77"], "there is no /dev/video77: is the camera plugged in?"),
+        (["--source", "nothing.mp4"], "there is no file nothing.mp4"),
+        (["--source", "http://127.0.0.1:9/"], "cannot be opened"),
+        (["--source", "x", "--size", "640"], "--size 640 is no size"),
+        (["--source", "x", "--tcp", "70000"], "--tcp 70000 is no port"),
+        (["--source", "x", "--set", "nonsense=1"], "nonsense"),
+        (["--source", "x", "--port", "/dev/null", "--stdout"], "not allowed with"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path, options, said):
+    done = subprocess.run(
+        command(tmp_path, *options),
+        env=environment(tmp_path),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 2 and said in done.stderr, done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_port_and_settings_belong_to_one_camera(tmp_path):
+    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    with running(tmp_path, "--source", source):
+        done = subprocess.run(
+            command(tmp_path, "--source", source), env=environment(tmp_path), capture_output=True, text=True
+        )
+        assert done.returncode == 2 and "another larics camera uses" in done.stderr
+
+
+def test_it_ends_when_nobody_reads_its_output(tmp_path):
+    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    process = subprocess.Popen(
+        command(tmp_path, "--source", source, "--stdout"),
+        env=environment(tmp_path),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    process.stdout.read(10)
+    process.stdout.close()
+    assert process.wait(timeout=60) == 0
+    assert b"Traceback" not in process.stderr.read()
+    process.stderr.close()
+
+
+def test_a_signal_ends_it_well(tmp_path):
+    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        with running(tmp_path, "--source", source) as (process, _):
+            process.send_signal(number)
+            assert process.wait(timeout=60) == 0
