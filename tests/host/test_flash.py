@@ -15,7 +15,7 @@ import pytest
 import serial
 
 from larics.boards import BOARDS, find
-from larics_host import cli
+from larics_host import cli, sources
 from larics_host.commands import flash as flash_command
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.serial_ports import Identity
@@ -106,7 +106,7 @@ def tiny_program(tmp_path, name):
 
 
 def flash(board, root, monkeypatch, *options):
-    monkeypatch.setattr(build, "source_root", lambda: root)
+    monkeypatch.setattr(sources, "source_root", lambda: root)
     return cli.main(["flash", "--port", board.port, *options])
 
 

@@ -60,15 +60,12 @@ def default_settings(name: str) -> Path:
 
 def run(args: argparse.Namespace) -> int:
     from larics_host.connection.camera_settings import parse_changes
-    from larics_host.drive.firmware import ROOT
+    from larics_host.sources import source_root
 
     if not sys.platform.startswith("linux"):
         raise UserError("larics camera runs on Linux; here is %s" % sys.platform)
-    program = ROOT / "firmware" / "pc" / "linux_main.py"
-    if not program.is_file():
-        raise UserError(
-            "the firmware's sources are not here: run larics camera from a copy of the repository"
-        )
+    root = source_root()
+    program = root / "firmware" / "pc" / "linux_main.py"
     options: dict[str, Any] = {
         "source": args.source, "size": _size(args.size), "fps": args.fps, "every": args.every,
         "port": args.port, "baud": args.baud, "tcp": args.tcp, "stdout": args.stdout, "link": args.link,
@@ -80,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     folder = tempfile.mkdtemp(prefix="larics-camera-")
     file = Path(folder) / "options.json"
     file.write_text(json.dumps(options))
-    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(ROOT / "shared"), str(ROOT / "firmware")]))
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(root / "shared"), str(root / "firmware")]))
     sys.stdout.flush()
     # the program takes the place of this one, so that signals and a service manager reach it directly
     os.execve(sys.executable, [sys.executable, str(program), str(file)], environment)

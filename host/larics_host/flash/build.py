@@ -29,14 +29,6 @@ STARTERS = ("firmware/boot.py", "firmware/main.py")
 _LEFT_OUT = ("shared/larics/_cpython.py", "shared/larics/kernels/layouts.py", *PC_ONLY, *STARTERS)
 
 
-def source_root() -> Path:
-    """The folder with shared/ and firmware/. Raises UserError when larics was installed without them."""
-    root = Path(__file__).resolve().parents[3]
-    if not (root / "firmware" / "start.py").is_file():
-        raise UserError("the firmware's sources are not here: run larics flash from a copy of the repository")
-    return root
-
-
 def architecture(mpy: int, board: Board) -> str:
     """The -march for a device that reports this sys.implementation._mpy. Raises UserError when no compiled
     file can be loaded there."""

@@ -1,0 +1,72 @@
+"""The wheel does what the checkout does: built, laid into an empty folder, and run there from elsewhere."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tests.host.test_dual import ROOT
+
+FRAME = ROOT / "tests/frames/sunny_r30_1000_0.pgm"
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The folder into which the wheel was installed."""
+    folder = tmp_path_factory.mktemp("wheel")
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "-q"]
+    build = [*pip, "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = folder.glob("*.whl")
+    target = folder / "site"
+    subprocess.run([*pip, "install", "--no-deps", "--target", str(target), str(wheel)], check=True)
+    return target
+
+
+def larics(installed, folder, *words):
+    """Runs the installed command; whatever it imports of ours must come from the wheel."""
+    environment = dict(os.environ, PYTHONPATH=str(installed))
+    environment.pop("MICROPYPATH", None)
+    command = [sys.executable, "-m", "larics_host", *map(str, words)]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+
+
+def test_everything_comes_from_the_wheel(installed, tmp_path):
+    environment = dict(os.environ, PYTHONPATH=str(installed))
+    code = "import larics, larics_host, larics_vehicle, larics_host.sources as s\n"
+    code += (
+        "print(larics.__file__, larics_host.__file__, larics_vehicle.__file__, s.source_root(), sep='\\n')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert all(line.startswith(str(installed)) for line in done.stdout.split())
+
+
+def test_detect_and_marker(installed, tmp_path):
+    done = larics(installed, tmp_path, "detect", FRAME, "--json", "--radius-px", "25:35")
+    assert done.returncode == 0 and '"id": 4' in done.stdout, done.stderr
+    assert larics(installed, tmp_path, "marker", "3", "-o", "m.pdf").returncode == 0
+    assert (tmp_path / "m.pdf").stat().st_size > 1000
+
+
+def test_the_firmware_runs_from_it(installed, tmp_path):
+    done = larics(installed, tmp_path, "camera", "--source", "nothing.mp4", "--settings", tmp_path / "s.json")
+    assert done.returncode == 2 and "there is no file nothing.mp4" in done.stderr
+
+
+def test_the_program_for_a_board_is_the_checkouts(installed, tmp_path):
+    code = (
+        "from larics_host.flash import build\nfrom larics_host.sources import source_root\nimport sys\n"
+        "print(*sorted(name for _, name in build.program(source_root())), sep='\\n')"
+    )
+    environment = dict(os.environ, PYTHONPATH=str(installed))
+    run = [sys.executable, "-c", code]
+    ours = subprocess.run(
+        run, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    ).stdout
+    from larics_host.flash import build
+
+    assert ours.split() == sorted(name for _, name in build.program(ROOT))
