@@ -19,8 +19,9 @@ from pathlib import Path
 
 from larics_host.connection.byte_sources import stop_on_signals
 from larics_host.connection.pty_port import PtyPort
-from larics_host.drive.firmware import ROOT, interpreter_command
+from larics_host.drive.firmware import interpreter_command
 from larics_host.errors import UserError
+from larics_host.sources import source_root
 
 SAVED = "saved-settings"  # what the camera on the desk keeps, in the folder of its frames
 _START_S = 120.0
@@ -39,7 +40,8 @@ class _Camera:
         self._start()
 
     def _start(self):
-        path = os.pathsep.join([str(ROOT / "shared"), str(ROOT / "firmware")])
+        root = source_root()
+        path = os.pathsep.join([str(root / "shared"), str(root / "firmware")])
         environment = dict(os.environ, MICROPYPATH=path + os.pathsep + ".frozen", PYTHONPATH=path)
         self._process = subprocess.Popen(
             [*self._command, "--port", os.ttyname(self._slave)],
@@ -90,7 +92,7 @@ def _command(args):
         raise UserError("there is no folder %s with frames for the camera to see" % folder)
     if not 1 <= args.fps <= 1000:
         raise UserError("--fps %d: give a number from 1 to 1000" % args.fps)
-    program = ROOT / "firmware" / "pc" / "replay_main.py"
+    program = source_root() / "firmware" / "pc" / "replay_main.py"
     if not program.exists():
         raise UserError(
             "a camera on the desk needs the firmware's sources beside the package: use a checkout"
