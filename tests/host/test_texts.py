@@ -7,8 +7,10 @@ import pytest
 
 from larics.wire import messages as m
 from larics_host import cli, files
+from larics_host.connection.receiver import Receiver
+from larics_host.connection.records import Marker, known
 from larics_host.errors import UserError
-from larics_host.logs.log_reader import read_pieces, read_rows
+from larics_host.logs.log_reader import read_objects, read_pieces
 from larics_host.mapping.mapfile import read_csv
 from larics_host.truth import COLUMNS, read_truth
 from larics_host.validation.sources import read_log
@@ -250,7 +252,7 @@ def test_a_log_is_known_by_its_content_under_any_name(log, tmp_path):
 def test_what_is_no_log_is_given_up_early(tmp_path):
     (tmp_path / "a.jsonl").write_text("{}\n" * 300)
     with pytest.raises(UserError, match="a.jsonl line 1 is not from larics log"):
-        list(read_rows(tmp_path / "a.jsonl"))
+        list(read_objects(tmp_path / "a.jsonl"))
 
 
 def test_detections_that_end_early_are_refused(tmp_path):
@@ -258,3 +260,25 @@ def test_detections_that_end_early_are_refused(tmp_path):
     (tmp_path / "a.jsonl").write_text(line + "\n\n" + line[:20])
     with pytest.raises(UserError, match="a.jsonl line 3 was cut off: write the file again"):
         read_log(tmp_path / "a.jsonl")
+
+
+@pytest.mark.parametrize("extension", [".csv", ".jsonl"])
+def test_a_log_from_before_the_uncertainty_is_read_with_it_unknown(tmp_path, extension):
+    names = [name for name in ("time_s", "sequence", *Marker._fields) if not name.startswith("sigma_")]
+    values = [1.5, 7, 3, 900, 0, 5, 0, 1, 10, -20, 30000, 4500, 200, 7700]
+    path = tmp_path / ("old" + extension)
+    if extension == ".csv":
+        path.write_text("%s\n%s\n" % (",".join(names), ",".join(map(str, values))))
+    else:
+        path.write_text(json.dumps({"message": "MARKER", **dict(zip(names, values, strict=True))}) + "\n")
+    (piece,) = read_pieces(path)
+    (message,) = Receiver().feed(piece.data, 0.0)
+    fields = message.fields
+    assert (fields.id, fields.x_mm10, fields.radius_q8) == (5, 10, 7700)
+    assert known(fields, "sigma_q12") is None and known(fields, "sigma_mdeg") is None
+
+
+def test_a_log_that_lacks_anything_else_is_none(tmp_path):
+    (tmp_path / "a.jsonl").write_text('{"message": "MARKER", "time_s": 1, "sequence": 1, "frame": 2}\n')
+    with pytest.raises(UserError):
+        list(read_pieces(tmp_path / "a.jsonl"))

@@ -46,13 +46,13 @@ def _from_stream(args):
     from larics_host.files import read_bytes, write_file
     from larics_host.images.frame_folder import frame_name, keeping, make_folder, write_frame
     from larics_host.images.frame_sources import open_frames
-    from larics_host.logs.log_reader import read_rows
+    from larics_host.logs.log_reader import read_objects
     from larics_host.progress import watched
 
     frames = open_frames([args.input])
     first = next(frames)  # what cannot be read leaves no folder behind
     if args.log:
-        next(read_rows(args.log), None)
+        next(read_objects(args.log), None)
     folder = make_folder(args.output, args.overwrite)
     with keeping(folder, [MESSAGES + ".jsonl"] if args.log else []) as kept:
         if args.log:

@@ -82,7 +82,7 @@ def _sound(line):
     return line
 
 
-def read_rows(path: StrPath) -> Iterator[dict[str, Any]]:
+def read_objects(path: StrPath) -> Iterator[dict[str, Any]]:
     """Yields the objects of a .jsonl log; damaged lines are left out and told. UserError where it is none."""
     damage = _Damage(path)
     for number, line in enumerate(files.lines(path), 1):
@@ -105,7 +105,7 @@ def read_pieces(path: StrPath) -> Generator[Piece]:
     Raises UserError when it cannot be read or holds nothing.
     """
     path = Path(path)
-    read = {".jsonl": read_rows, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(_kind(path))
+    read = {".jsonl": read_objects, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(_kind(path))
     pieces = _pieces_of_records(path, read(path)) if read else _pieces_of_bytes(path)
     empty = True
     for piece in pieces:
@@ -131,12 +131,19 @@ def _kind(path):
     return ".jsonl" if start.startswith("{") else ".csv" if "time_s" in start else ".bin"
 
 
+_LATER = (
+    "sigma_q12",
+    "sigma_mdeg",
+)  # what a MARKER got after the first logs were written: not known in those
+
+
 def _records_of_csv(path):
     """The objects that the rows of a .csv stand for; an empty cell is None, what is not known."""
     damage = _Damage(path)
     numbered = enumerate(files.lines(path), 1)
     columns = ("time_s", "sequence", *MARKER_COLUMNS)
-    layout = layout_of(numbered, columns, columns, path, "from larics log")
+    required = [column for column in columns if column not in _LATER]
+    layout = layout_of(numbered, columns, required, path, "from larics log")
     for number, line in numbered:
         try:
             row = layout.row(_sound(line))
@@ -144,7 +151,7 @@ def _records_of_csv(path):
                 continue
             if _cut(line):
                 raise ValueError  # its last number may be
-            record = {name: int(row[name]) if row[name] else None for name in columns[1:]}
+            record = {name: int(row[name]) if row.get(name) else None for name in columns[1:]}
             record["time_s"] = float(row["time_s"])
         except (ValueError, KeyError):
             damage.bad(number, _NONE, _cut(line))
@@ -184,6 +191,7 @@ def _pieces_of_records(path, records):
     encoder = Encoder()
     for number, record in enumerate(records, 1):
         try:
+            record = {**dict.fromkeys(_LATER), **record}
             data = wire_bytes(encoder, record["message"], record["sequence"], record)
             time_s = float(record["time_s"])
         except (KeyError, ValueError, TypeError) as error:
@@ -219,7 +227,7 @@ def _pieces_of_bytes(path):
 
 def _times(path):
     """A function message -> its time by the log beside, None for those that are not there."""
-    records = read_rows(path) if path.exists() else iter(())
+    records = read_objects(path) if path.exists() else iter(())
     waiting = None
 
     def time_of(message):

@@ -16,7 +16,7 @@ from larics_host.connection.records import Marker, as_json, record_of
 from larics_host.errors import UserError
 from larics_host.images.frame_folder import number_of
 from larics_host.images.frame_sources import open_frames
-from larics_host.logs.log_reader import read_rows
+from larics_host.logs.log_reader import read_objects
 from larics_host.progress import watched
 from larics_host.validation.sources import base_name
 from larics_host.wording import counted
@@ -64,7 +64,7 @@ class HostRun:
 def _reported(path):
     """{frame number: list of MARKER messages} of a log."""
     frames = {}
-    for record in read_rows(path):
+    for record in read_objects(path):
         if record["message"] == "MARKER":
             if any(name not in record for name in Marker._fields):
                 raise UserError("%s is not from larics log" % path)
