@@ -219,6 +219,15 @@ def test_a_margin_is_the_weakest_rule_of_the_rings():
     assert rings_verdict(rings, Acceptance(allowed(ALL), 128)) == verdicts.POOR_RINGS
 
 
+def test_rings_that_are_fainter_on_one_side_may_agree_in_fewer_sectors():
+    rings = Rings()
+    used(rings, (11, 14, 0), (11, 14, 0))  # 50 of 64 each
+    for uneven, margin in ((False, 51), (True, 76)):  # 6 of 30 above 94, 36 of 120 above 64
+        acceptance = Acceptance(allowed(ALL), 0)
+        assert acceptance.rings(rings, RADIUS_Q8, RADIUS_Q8, uneven) == verdicts.ACCEPTED
+        assert acceptance.margin == margin
+
+
 def test_first_look_at_rings():
     look = Acceptance(allowed(ALL), 0).first_look
     for item, at, beyond in (

@@ -119,6 +119,88 @@ def test_the_last_pass_must_settle():
         assert (found, len(script.passes)) == (verdict, passes), moves
 
 
+class Quarters:
+    """Stands for lines and cells: an inner position in each of four directions, what the cells make of it."""
+
+    def __init__(self, depths, outside=0):
+        self.depths, self.is_outside = depths, outside
+        self.angle_turn16 = 0
+
+    def find_quarter(self, frame, rings):
+        return True
+
+    def measure_direct(self, frame, rings, lines):
+        return True
+
+    def quarter_depth(self, turn):
+        return self.depths[turn]
+
+    def find_turn(self, seen, possible):
+        self.seen, self.possible = list(seen), possible
+        return 1
+
+    def outside(self, turn):
+        return self.is_outside
+
+    def white(self):
+        return 800
+
+
+def turned_by_code(quarters):
+    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+    reader.rings.radius_q8 = 7680
+    reader.lines = reader.cells = quarters
+    return reader._turn_by_code(None)
+
+
+def test_what_inner_positions_say_of_the_orientation():
+    quarters = Quarters((125, 124, 40, 39))
+    assert turned_by_code(quarters)
+    assert quarters.seen == [64, 0, 0, -16]  # a line, neither, neither, and empty, which may be hidden
+    assert quarters.possible == 0b1110
+    assert quarters.angle_turn16 == 65536 - 16384
+
+
+def test_no_line_is_hidden_where_the_plate_is_white():
+    for outside, expected in ((0, True), (760, True), (761, False), (839, False), (840, True)):
+        assert turned_by_code(Quarters((0, 0, 0, 0), outside)) == expected, outside
+
+
+class Told(LineReader):
+    """A reader of lines that is told how deep each quarter is, and how far off its middle."""
+
+    def find(self, depth, off_turn16):
+        frame = fixed.frame_view(bytearray(200 for _ in range(136 * 128)))
+        rings = RingFit(136, 128, 683, 119, 8000)
+        rings.start(68 << 10, 64 << 10, 6000)
+        for true, mean in (
+            (layouts.FIT_TRUE_X_Q10, layouts.FIT_X_Q10),
+            (layouts.FIT_TRUE_Y_Q10, layouts.FIT_Y_Q10),
+        ):
+            rings.fit[true] = rings.fit[mean]
+        rings.fit[layouts.FIT_AREA] = 1000
+        self.depth, self.off = depth, off_turn16
+        return self.find_quarter(frame, rings)
+
+    def quarter_depth(self, turn):
+        return self.depth if turn == 2 else 0
+
+    def _off_centre(self, angle_turn16):
+        return self.off
+
+
+def test_a_coding_line_that_tells_the_quarters_is_seen_and_lies_there():
+    for depth, off_turn16, expected in (
+        (125, 0, True),
+        (124, 0, False),
+        (125, 449, True),
+        (125, 450, False),
+        (125, -449, True),
+        (125, -450, False),
+    ):
+        assert Told(LARICS3, 175).find(depth, off_turn16) == expected, (depth, off_turn16)
+
+
 class CoarseResult:
     """Stands for the kernels of the coarse fit: so many edges on the outer and the inner ring."""
 
