@@ -9,7 +9,7 @@ from larics.locate.motion import Motion, grown
 from larics.locate.navigator import Navigator
 from larics.locate.noise import Residuals
 from larics.locate.route import Route
-from larics.wire.messages import COASTING, LOST, TRACKING
+from larics.wire.messages import COASTING, LOST, MOTION_NONE, TRACKING
 
 ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000))
 FRAME_US = 20000
@@ -92,6 +92,32 @@ def test_sigma_begins_and_ends_with_what_is_typical():
     found.update([], 0, time_us + 1000000)
     assert abs(found.sigma_mm10 - 3 - 1500) <= 8, found.sigma_mm10  # half of 0.3 m/s2 in a second
     assert abs(found.sigma_cdeg - 2 - 3000) <= 8, found.sigma_cdeg  # half of 60 degrees/s2
+
+
+class Carrier:
+    """What odometry has carried on, with these sigmas; and an odometry that has moved."""
+
+    state = MOTION_NONE + 1
+    doubted = False
+
+    def __init__(self, x_mm10, y_mm10, cdeg):
+        self.sigma_x_mm10, self.sigma_y_mm10, self.sigma_cdeg = x_mm10, y_mm10, cdeg
+
+    def move(self, odometry):
+        return True
+
+
+def test_odometry_carries_the_pose_on_up_to_a_sigma():
+    for sigmas, expected in (
+        ((10000, 10000, 3500), True),
+        ((10001, 0, 0), False),
+        ((0, 10001, 0), False),
+        ((0, 0, 3501), False),
+    ):
+        found, _ = standing(5)
+        found.carrier = Carrier(*sigmas)
+        assert found._is_carried(found.carrier) == expected, sigmas
+        assert found.state == (TRACKING if expected else LOST)
 
 
 def test_residuals_are_averaged_over_sixteen_frames():
