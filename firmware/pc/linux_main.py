@@ -103,7 +103,7 @@ def main(arguments):
         camera.stop()
         line.close()
     if app.commands.restart_due:
-        os.execv(sys.executable, [sys.executable, *sys.argv])
+        os.execv(sys.executable, [sys.executable] + sys.argv)
     return 0
 
 

@@ -50,7 +50,7 @@ class VideoSource:
         height, width = frame.shape
         if size and (width, height) != size:
             self.close()
-            raise CameraError("%s delivers %dx%d and not %dx%d" % (name, width, height, *size))
+            raise CameraError("%s delivers %dx%d and not %dx%d" % (name, width, height, size[0], size[1]))
         self._native = frame.shape
         self.reduced = -(-max(width, height) // LONGEST_PX)
         self.width, self.height = width // self.reduced, height // self.reduced

@@ -1,7 +1,7 @@
 """Odometry through the whole program: MOTION with each frame, counted in STATUS, and nothing allocated."""
 
 import micropython
-from board_parts import Uart, make_app, marker, plain
+from board_parts import Clock, Uart, make_app, marker, plain
 
 from larics.wire import messages as m
 from larics.wire.codec import Encoder
@@ -77,7 +77,8 @@ def test_without_odometry_there_is_no_motion():
 def test_odometry_and_motion_allocate_nothing():
     uart = Feed(collect=False)
     place = {"focal_q8": 200 * 256, "method": "larics", "map": [[5, 1000, 2000, 9000, 0, 0]]}
-    app = make_app([marker(5, 80, 60, 20), plain(120), plain(120)], uart, place)
+    frames = [marker(5, 80, 60, 20), plain(120), plain(121)]
+    app = make_app(frames, uart, place, clock=Clock(500))  # or the poses kept span no time at all
     uart.clock = app.loop._clock
     uart.moves = False  # as the marker above says
     for _ in range(60):

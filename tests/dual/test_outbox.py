@@ -201,16 +201,18 @@ def times_us(line):
 def test_mavlink_messages_of_a_frame_have_its_one_time():
     for polls in (4, 8):
         uptime = Uptime()
-        line, outbox, _, _ = make(115200, uptime=uptime, measurements=MavlinkEncoder(uptime))
+        line, outbox, _, _ = make(
+            115200, uptime=uptime, measurements=MavlinkEncoder(uptime, target="ardupilot")
+        )
         line.now_us = 5000000
         outbox.poll(line.now_us)
         uptime.s, uptime.us = 5, 0
         run(line, outbox, 12, polls, markers=3, frame_us=100000)
         found = times_us(line)
-        assert len(found) == 4 * 12
+        assert len(found) == 2 * 12  # one target, and the position
         for frame in range(12):
             taken_us = 5000000 + 100000 * frame - MARKER[at(m.MARKER, "age_us")]
-            assert found[4 * frame : 4 * frame + 4] == [taken_us] * 4, (polls, frame)
+            assert found[2 * frame : 2 * frame + 2] == [taken_us] * 2, (polls, frame)
 
 
 def test_idle_tells_when_a_restart_is_possible():

@@ -116,7 +116,7 @@ def _route(args):
 
 def _create(args):
     from larics_host.mapping import mapfile
-    from larics_host.mapping.check import problems
+    from larics_host.mapping.check import doubts, problems
 
     files.refuse_existing(args.map, args.force)
     hall = mapfile.Map()
@@ -130,17 +130,19 @@ def _create(args):
         raise UserError("a map needs markers: give --marker, --csv or --settings")
     mapfile.write_map(args.map, hall)
     print("%s written to %s" % (counted(len(hall.markers), "marker"), args.map))
-    return _tell(problems(hall, float("inf")))
+    return _tell(problems(hall, float("inf")), doubts(hall))
 
 
-def _tell(found):
+def _tell(found, doubtful=()):
+    for line in doubtful:
+        print("doubt: " + line)
     for line in found:
         print("problem: " + line)
     return EXIT_PROBLEMS if found else 0
 
 
 def _check(args):
-    from larics_host.mapping.check import problems
+    from larics_host.mapping.check import doubts, problems
     from larics_host.mapping.mapfile import read_map
 
     if not args.reach_mm > 0:
@@ -154,7 +156,7 @@ def _check(args):
     if not found:
         counts = counted(len(hall.markers), "marker"), counted(len(hall.route), "step")
         print("%s: %s, route of %s: no problem" % (args.map, *counts))
-    return _tell(found)
+    return _tell(found, doubts(hall))
 
 
 def _draw(args):

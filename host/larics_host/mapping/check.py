@@ -55,18 +55,30 @@ def problems(
     return found or _bad_route(hall.route, rows, rules, reach_mm)
 
 
-def _radians(hall):
-    """Headings that only make sense as radians: all within a turn of them, and no whole degrees."""
-    headings = [marker.heading_deg for marker in hall.markers]
+def _turned(hall):
+    """The headings that are not 0, -180..180; [] unless all could be radians and some is no whole degree."""
+    headings = [(marker.heading_deg + 180) % 360 - 180 for marker in hall.markers]
     # -pi..pi has become 0..pi and 356.8..360
-    small = [(heading + 180) % 360 - 180 for heading in headings]
-    within = all(-3.15 <= one <= 6.3 for one in small)
-    turned = [one for one in small if abs(one) > 0.01]
-    if not turned or not within or all(abs(one - round(one)) < 1e-6 for one in turned):
-        return
+    turned = [one for one in headings if abs(one) > 0.01]
+    if not all(-3.15 <= one <= 6.3 for one in turned) or all(abs(one - round(one)) < 1e-6 for one in turned):
+        return []
+    return turned
+
+
+def _radians(hall):
+    """Headings that only make sense as radians: quarters and eighths of a turn of them."""
+    turned = _turned(hall)
     quarters = sum(abs(one / (math.pi / 4) - round(one / (math.pi / 4))) < 0.005 for one in turned)
-    if 2 * quarters >= len(turned) or max(turned) - min(turned) > 3:
-        yield "all headings lie within %.4g to %.4g degrees: are they radians?" % (min(small), max(small))
+    if quarters > 1 and 2 * quarters >= len(turned):
+        yield "all headings lie within %.4g to %.4g degrees: are they radians?" % (min(turned), max(turned))
+
+
+def doubts(hall: Map) -> list[str]:
+    """What a map may be, but seldom is; for maps that were written by hand, one line each."""
+    turned = _turned(hall)
+    if list(_radians(hall)) or not turned or max(turned) - min(turned) <= 3:
+        return []
+    return ["all headings lie within %.4g to %.4g degrees: are they radians?" % (min(turned), max(turned))]
 
 
 def _apart(a, b):
