@@ -138,6 +138,16 @@ def source():
             ),
         ),
         literal("WAVES", "128 + 127 * cos(pi k / 16), k = 0..31; uint8", bytes(wave)),
+        literal(
+            "SECTOR_WAVES",
+            "of the middles of 16 sectors the cosine and sine of 1 to 4 times the angle, as in WAVES; uint8",
+            bytes(
+                wave[(n * odd + turned) & 31]
+                for odd in range(1, 33, 2)
+                for n in range(1, 5)
+                for turned in (0, 24)
+            ),
+        ),
         literal("BIT_COUNT", "ones in 0..255; uint8", bytes(bin(k).count("1") for k in range(256))),
         literal("ROOT_Q14", "sqrt(1 - (k/128)**2) * 2**14, k = 0..127", pack16(root)),
         literal(

@@ -36,7 +36,7 @@ def _weighed(random, largest, missing, ratio, turn):
     work = _begun(random, largest, missing)
     for i in range(8):
         work[ROBUST_PARAMETERS + i] = BIAS + random.between(-4 * largest, 4 * largest)
-    robust.weigh_sectors(0, 0, 0, work, tables.WAVES, ratio, turn)
+    robust.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, ratio, turn)
     return work
 
 
@@ -65,7 +65,7 @@ def weigh_sectors(random):
             for i in range(8):
                 # eight steps of half a pixel at most
                 work[ROBUST_PARAMETERS + i] = BIAS + random.between(-65536, 65536)
-            yield 0, 0, 0, work, tables.WAVES, RATIOS[turn], turn
+            yield 0, 0, 0, work, tables.SECTOR_WAVES, RATIOS[turn], turn
 
 
 def normal_equations(random):

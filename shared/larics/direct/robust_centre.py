@@ -60,7 +60,7 @@ class RobustCentre:
         prior = max(2, prior * (rings.radius_q8 >> 4) // 480) >> 1
         for turn in range(_ROUNDS):
             kind = 0 if turn == 0 else 1 if turn < _CAREFUL else 2
-            if kernels.weigh_sectors(0, 0, 0, work, tables.WAVES, ratio, kind) < 64 * _LEAST >> 1:
+            if kernels.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, ratio, kind) < 64 * _LEAST >> 1:
                 return False
             scale = work[_ROBUST_SCALE]
             ratio_weight = min(4095, (scale * scale << 8) // _RATIO_SQUARE)
@@ -74,7 +74,7 @@ class RobustCentre:
 
     def _finish(self, work, pose, prior, ratio, ratio_weight):
         """Believes the difference of the centres as far as it exceeds its noise, and tells the variance."""
-        weight = kernels.weigh_sectors(0, 0, 0, work, tables.WAVES, ratio, 2)
+        weight = kernels.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, ratio, 2)
         # eight parameters are fitted
         square = work[_ROBUST_SQUARE] * 64 // max(64, weight - 6 * 64)
         square = min(1 << 17, max(16, square))

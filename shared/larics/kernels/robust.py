@@ -80,11 +80,11 @@ def begin_robust(work: ptr32, fit: ptr32, outer_means: ptr32, inner_means: ptr32
 def weigh_sectors(i: int, shift: int, product: int, work: ptr32, waves: ptr8, ratio: int, turn: int) -> int:
     """What the fit leaves of each sector, the sectors' new weights, and the sums that the next step needs.
 
-    waves: tables.WAVES; ratio: of the radii, 1/1024; turn: 0 for weights by depth alone, 1 for weights that
-    fall with the distance, too, 2 for weights that vanish. Returns their sum, 64 a full sector."""
+    waves: tables.SECTOR_WAVES; ratio: of the radii, 1/1024; turn: 0 for weights by depth alone, 1 for weights
+    that fall with the distance, too, 2 for weights that vanish. Returns their sum, 64 a full sector."""
     radius = int(work[_ROBUST_PARAMETERS]) - _BIAS
     departs = int(work[_ROBUST_PARAMETERS + 1]) - _BIAS
-    used = 0
+    seen = 0
     ring = 0
     while ring < 2:
         a0 = radius
@@ -98,47 +98,48 @@ def weigh_sectors(i: int, shift: int, product: int, work: ptr32, waves: ptr8, ra
             b1 = int(work[_ROBUST_PARAMETERS + 3]) + int(work[_ROBUST_PARAMETERS + 5]) - _BIAS - _BIAS
             a2 = (a2 * ratio) >> 10
             b2 = (b2 * ratio) >> 10
+        a0 = a0 - a1 - b1 - a2 - b2 + 8  # the waves' 128 is 0
         i = ring << 4
         end = i + 16
-        angle = 1
+        wave = 0
         while i < end:
             shift = int(work[_ROBUST_SHIFTS + i])
             left = 0
             if shift > 0:
-                product = a1 * (int(waves[angle]) - 128) + b1 * (int(waves[(angle + 24) & 31]) - 128)
-                product += a2 * (int(waves[(angle + angle) & 31]) - 128)
-                product += b2 * (int(waves[(angle + angle + 24) & 31]) - 128)
-                left = shift - 32768 - ((a0 + (product >> 7) + 8) >> 4)
+                product = a1 * int(waves[wave]) + b1 * int(waves[wave + 1])
+                product += a2 * int(waves[wave + 2]) + b2 * int(waves[wave + 3])
+                left = shift - 32768 - ((a0 + (product >> 7)) >> 4)
                 if left > _FARTHEST:
                     left = _FARTHEST
                 if left < 0 - _FARTHEST:
                     left = 0 - _FARTHEST
+                if turn:
+                    product = left
+                    if product < 0:
+                        product = 0 - product
+                    work[_ROBUST_RIGHT + seen] = product
+                    seen += 1
             work[_ROBUST_LEFT + i] = left + _BIAS
-            angle += 2
+            wave += 8
             i += 1
         ring += 1
     if turn:
-        # the median of what is left, by halving
+        # the median of what is left, by halving; it seldom exceeds 15
         low = 0
         high = 511
+        middle = 15
         while low < high:
-            middle = (low + high) >> 1
-            below = 0
+            within = 0
             i = 0
-            while i < 32:
-                if int(work[_ROBUST_SHIFTS + i]) > 0:
-                    left = int(work[_ROBUST_LEFT + i]) - _BIAS
-                    if left < 0:
-                        left = 0 - left
-                    if left <= middle:
-                        below += 1
-                    else:
-                        below -= 1
+            while i < seen:
+                if int(work[_ROBUST_RIGHT + i]) <= middle:
+                    within += 2
                 i += 1
-            if below >= 0:
+            if within >= seen:
                 high = middle
             else:
                 low = middle + 1
+            middle = (low + high) >> 1
         scale = (low * 1746) >> 10
         if scale < _FLOOR_Q10:
             scale = _FLOOR_Q10
@@ -181,49 +182,51 @@ def weigh_sectors(i: int, shift: int, product: int, work: ptr32, waves: ptr8, ra
         rs2 = 0
         i = ring << 4
         end = i + 16
-        angle = 1
+        wave = 0
         while i < end:
             weight = int(work[_ROBUST_WEIGHTS + i])
             if weight > 0:
                 left = int(work[_ROBUST_LEFT + i]) - _BIAS
                 product = weight * left
                 square += (product * left) >> 6
-                used += weight
                 c0 += weight
                 r0 += product
-                shift = int(waves[angle]) - 128
+                shift = int(waves[wave])
                 c1 += weight * shift
                 rc += product * shift
-                shift = int(waves[(angle + 24) & 31]) - 128
+                shift = int(waves[wave + 1])
                 s1 += weight * shift
                 rs += product * shift
-                shift = int(waves[(angle + angle) & 31]) - 128
+                shift = int(waves[wave + 2])
                 c2 += weight * shift
                 rc2 += product * shift
-                shift = int(waves[(angle + angle + 24) & 31]) - 128
+                shift = int(waves[wave + 3])
                 s2 += weight * shift
                 rs2 += product * shift
-                c3 += weight * (int(waves[(angle * 3) & 31]) - 128)
-                s3 += weight * (int(waves[(angle * 3 + 24) & 31]) - 128)
-                c4 += weight * (int(waves[(angle << 2) & 31]) - 128)
-                s4 += weight * (int(waves[((angle << 2) + 24) & 31]) - 128)
-            angle += 2
+                c3 += weight * int(waves[wave + 4])
+                s3 += weight * int(waves[wave + 5])
+                c4 += weight * int(waves[wave + 6])
+                s4 += weight * int(waves[wave + 7])
+            wave += 8
             i += 1
+        used += c0
         i = _ROBUST_MOMENTS + ring * 14
+        shift = c0 << 7  # the waves' 128 is 0
+        product = r0 << 7
         work[i] = (c0 << 2) + _BIAS
-        work[i + 1] = (c1 >> 5) + _BIAS
-        work[i + 2] = (s1 >> 5) + _BIAS
-        work[i + 3] = (c2 >> 5) + _BIAS
-        work[i + 4] = (s2 >> 5) + _BIAS
-        work[i + 5] = (c3 >> 5) + _BIAS
-        work[i + 6] = (s3 >> 5) + _BIAS
-        work[i + 7] = (c4 >> 5) + _BIAS
-        work[i + 8] = (s4 >> 5) + _BIAS
+        work[i + 1] = ((c1 - shift) >> 5) + _BIAS
+        work[i + 2] = ((s1 - shift) >> 5) + _BIAS
+        work[i + 3] = ((c2 - shift) >> 5) + _BIAS
+        work[i + 4] = ((s2 - shift) >> 5) + _BIAS
+        work[i + 5] = ((c3 - shift) >> 5) + _BIAS
+        work[i + 6] = ((s3 - shift) >> 5) + _BIAS
+        work[i + 7] = ((c4 - shift) >> 5) + _BIAS
+        work[i + 8] = ((s4 - shift) >> 5) + _BIAS
         work[i + 9] = (r0 >> 5) + _BIAS
-        work[i + 10] = (rc >> 12) + _BIAS
-        work[i + 11] = (rs >> 12) + _BIAS
-        work[i + 12] = (rc2 >> 12) + _BIAS
-        work[i + 13] = (rs2 >> 12) + _BIAS
+        work[i + 10] = ((rc - product) >> 12) + _BIAS
+        work[i + 11] = ((rs - product) >> 12) + _BIAS
+        work[i + 12] = ((rc2 - product) >> 12) + _BIAS
+        work[i + 13] = ((rs2 - product) >> 12) + _BIAS
         ring += 1
     work[_ROBUST_USED] = used
     work[_ROBUST_SQUARE] = square
