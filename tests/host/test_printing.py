@@ -371,3 +371,20 @@ def test_us_paper(tmp_path):
         assert cli.main(["marker", "3", "--radius-mm", "30", "--paper", paper, "-o", str(path)]) == 0
         box = pypdf.PdfReader(path).pages[0].mediabox
         assert sorted((float(box.width), float(box.height))) == pytest.approx(size, abs=0.1)
+
+
+@pytest.mark.parametrize("outer_mm10", [200, 300, 500, 1500, 2500])
+def test_id_and_scale_stay_on_the_cut_out_square_and_off_the_plate(outer_mm10):
+    family = marker.CODED.scaled(outer_mm10)
+    items = layout.marker_content(family, 1234)
+    plate = family.plate_mm10 / 10
+    texts = [item for item in items if isinstance(item, layout.Text)]
+    middle = layout.content_side_mm(family) / 2
+    assert [text.text.split(",")[0] for text in texts] == ["ID 1234", "print at 100 %"]
+    for text in texts:
+        wide = 0.55 * text.size * len(text.text)  # no letter of the font is wider on average
+        left = text.x - wide if text.anchor == "end" else text.x
+        box = (left - middle, text.y - middle, left + wide - middle, text.y + text.size - middle)
+        assert max(map(abs, box)) < plate
+        near = min(abs(box[0]), abs(box[2])), min(abs(box[1]), abs(box[3]))
+        assert math.hypot(*near) > plate

@@ -130,6 +130,10 @@ def marker_content(family: Family, marker_id: int) -> list[Ring | Arc | Line | T
     # the square around the plate leaves 0.29 of its radius free in each corner
     size = min(5.0, 0.1 * plate)
     items.append(Text(low + size / 2, low + size / 2, size, "ID %d" % marker_id))
+    # and what a print that was cut out can be checked by
+    small = min(3.0, 0.036 * plate)
+    check = "print at 100 %%, ring %g mm" % (family.outer_mm10 / 10)
+    items.append(Text(high - small / 2, low + small / 2, small, check, "end"))
     return items
 
 
