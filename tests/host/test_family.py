@@ -115,7 +115,8 @@ def test_a_sheet_holds_many_and_a_batch_is_one_file(tmp_path, larics):
     sheet = printing.layout.many_on_sheets(family, [1, 2, 9, 10, 11, 12, 13], "a4")
     assert len(sheet) == 2  # six of 81 mm fit a page
     texts = [item.text for page in sheet for item in page.content if hasattr(item, "text")]
-    assert texts == ["ID 1", "ID 2", "ID 9", "ID 10", "ID 11", "ID 12", "ID 13"]
+    assert texts[::2] == ["ID 1", "ID 2", "ID 9", "ID 10", "ID 11", "ID 12", "ID 13"]
+    assert texts[1::2] == ["print at 100 %, ring 20 mm"] * 7
     code, out, _ = larics("marker", "9-40", "-o", tmp_path / "all.pdf", "--radius-mm", "25", "--sheet")
     assert code == 0 and "28 markers, smallest printed feature 3.3 mm" in out
 
