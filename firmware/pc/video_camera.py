@@ -16,7 +16,6 @@ class VideoCamera:
 
     A file is played at its own pace and ends the camera; with `every`, each of its frames is processed and
     reported, however long that takes: the next one is fetched when `ready()` says so.
-    `trouble` is the last reason why there is no frame, "" when all is well.
     """
 
     def __init__(self, open_source, every=False):
@@ -37,7 +36,6 @@ class VideoCamera:
         self.skipped = 0
         self.ended = False
         self.adjustable = False
-        self.trouble = ""
         self.ready = lambda: True
 
     def start(self):
@@ -66,9 +64,8 @@ class VideoCamera:
                 self._fetch(source, turn)
                 if self.ended:
                     break
-                self.trouble = "no frame came"
-            except (CameraError, OSError) as error:
-                self.trouble = str(error)
+            except (CameraError, OSError):
+                pass  # the program notices that no frame comes, and tells it as a fault
             if source is not None:
                 source.close()
                 source = None
@@ -88,7 +85,6 @@ class VideoCamera:
                 if source.kind == "file":
                     self._finish(turn)
                 return
-            self.trouble = ""
             frame, taken_s = got
             if source.kind == "file" and not self._every:
                 time.sleep(max(0.0, taken_s - time.monotonic()))

@@ -14,7 +14,6 @@ import time
 import cv2
 import pytest
 
-from larics.wire import messages as m
 from larics_host.connection.receiver import Receiver
 from larics_host.truth import by_frame, read_truth
 from tests.host.test_dual import ROOT
@@ -76,9 +75,6 @@ class Stream(http.server.BaseHTTPRequestHandler):
         self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
         self.end_headers()
         while not self.server.stopped:
-            if self.server.silent:
-                time.sleep(0.05)
-                continue
             body = next(self.server.bodies)
             self.wfile.write(b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(body))
             self.wfile.write(body + b"\r\n")
@@ -101,7 +97,7 @@ def mjpeg_server(frames, port=0):
         while True:
             yield from bodies
 
-    server.bodies, server.silent, server.stopped = forever(), False, False
+    server.bodies, server.stopped = forever(), False
     server.daemon_threads = True
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
@@ -172,23 +168,6 @@ def test_large_frames_are_reduced_by_a_whole_factor(tmp_path):
     assert [fields.count for name, fields in messages if name == "MARKER"] == [1, 1, 1]
 
 
-def test_a_stream_that_falls_silent_and_comes_back(tmp_path):
-    with mjpeg_server(pictures()) as server:
-        port = server.server_address[1]
-        address = "http://127.0.0.1:%d/" % port
-        with running(tmp_path, "--source", address, "--tcp", "0") as (_, line):
-            listener = Listener(line)
-            first = listener.until(marker)
-            assert first.age_us < 60_000_000
-            server.silent = True
-            fault = 1 << m.FAULT_CAMERA_TIMEOUT
-            listener.until(lambda name, fields: name == "STATUS" and fields.active_faults & fault)
-            server.silent = False
-            again = listener.until(marker)
-            assert again.frame > first.frame
-            listener.until(lambda name, fields: name == "STATUS" and not fields.active_faults & fault)
-
-
 def test_a_source_that_vanishes_is_opened_again(tmp_path):
     with mjpeg_server(pictures()) as server:
         port = server.server_address[1]
@@ -199,7 +178,7 @@ def test_a_source_that_vanishes_is_opened_again(tmp_path):
     try:
         with mjpeg_server(pictures(), port):
             later = listener.until(lambda n, f: marker(n, f) and f.frame > first.frame + 2)
-            assert later.id == first.id or later.id in {5, *range(8)}
+            assert later.id in {4, 1, 6}  # those of the pictures
     finally:
         process.__exit__(None, None, None)
 
@@ -234,7 +213,7 @@ def test_the_c_library_reads_it(tmp_path):
         capture_output=True,
     )
     said = subprocess.run([program], input=done.stdout, capture_output=True, text=False).stdout.decode()
-    assert said.count("MARKER") >= 24 or said.lower().count("marker") >= 24, said[:600]
+    assert said.count("(1 of 1)") == 24, said[:600]
 
 
 @pytest.mark.parametrize(
