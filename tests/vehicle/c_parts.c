@@ -67,9 +67,9 @@ int parts_roll(int32_t left_um, int32_t right_um, int track_mm, uint32_t now_us)
     return larics_wheels_roll(&wheels, left_um, right_um, (uint16_t)track_mm, now_us);
 }
 
-int parts_move(int32_t forward_um, int32_t turn_mdeg, uint32_t now_us)
+int parts_move(int32_t forward_um, int32_t turn_mcdeg, uint32_t now_us)
 {
-    return larics_wheels_move(&wheels, forward_um, turn_mdeg, now_us);
+    return larics_wheels_move(&wheels, forward_um, turn_mcdeg, now_us);
 }
 
 void parts_place(int32_t x_mm10, int is_slipping)
@@ -78,12 +78,27 @@ void parts_place(int32_t x_mm10, int is_slipping)
     wheels.is_slipping = (uint8_t)is_slipping;
 }
 
-void parts_jump(void)
+/* told: x, y, heading in 1/1000 of 0.01 degree, epoch, whether it stands */
+void parts_wheels(int32_t told[5])
 {
-    larics_wheels_jump(&wheels);
+    told[0] = wheels.x_mm10;
+    told[1] = wheels.y_mm10;
+    told[2] = wheels.heading_mcdeg;
+    told[3] = wheels.epoch;
+    told[4] = wheels.is_standing;
+}
+
+void parts_reset(void)
+{
+    larics_wheels_reset(&wheels);
 }
 
 size_t parts_odometry(uint32_t now_us, uint8_t frame[LARICS_MAX_FRAME])
 {
     return larics_wheels_message(&wheels, now_us, &sequence, frame);
+}
+
+int parts_sequence(void)
+{
+    return sequence;
 }

@@ -46,15 +46,25 @@ class Parts:
     def roll(self, left_um, right_um, track_mm, now_us):
         return bool(self._c.parts_roll(left_um, right_um, track_mm, ctypes.c_uint32(now_us)))
 
-    def move(self, forward_um, turn_mdeg, now_us):
-        return bool(self._c.parts_move(forward_um, turn_mdeg, ctypes.c_uint32(now_us)))
+    def move(self, forward_um, turn_mcdeg, now_us):
+        return bool(self._c.parts_move(forward_um, turn_mcdeg, ctypes.c_uint32(now_us)))
 
     def place(self, x_mm10, is_slipping=False):
         self._c.parts_place(x_mm10, is_slipping)
 
-    def jump(self):
-        self._c.parts_jump()
+    def wheels(self):
+        """(x, y, heading in 1/1000 of 0.01 degree, epoch, whether it stands)"""
+        told = (ctypes.c_int32 * 5)()
+        self._c.parts_wheels(told)
+        return tuple(told)
+
+    def reset(self):
+        self._c.parts_reset()
 
     def odometry(self, now_us):
         size = self._c.parts_odometry(ctypes.c_uint32(now_us), self._frame)
         return self._frame.raw[:size]
+
+    def sequence(self):
+        """Of the next message that the vehicle sends."""
+        return self._c.parts_sequence()

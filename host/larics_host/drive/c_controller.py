@@ -42,25 +42,27 @@ def library() -> ctypes.CDLL:
             raise UserError("the C controller cannot be compiled: " + result.stderr.strip().splitlines()[0])
         loaded = ctypes.CDLL(str(target))
     loaded.controller_new.restype = ctypes.c_void_p
-    loaded.controller_ask.restype = ctypes.c_size_t
-    for function in ("free", "supervise", "receive", "ask", "step", "stop", "start", "hold", "route", "see"):
-        getattr(loaded, "controller_" + function).argtypes = {
-            "free": [ctypes.c_void_p],
-            "supervise": [ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint32)],
-            "receive": [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint32],
-            "ask": [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_char_p],
-            "step": [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32, ctypes.POINTER(ctypes.c_int32)],
-            "stop": [ctypes.c_void_p],
-            "start": [ctypes.c_void_p],
-            "hold": [ctypes.c_void_p, ctypes.c_int],
-            "route": [ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint16), ctypes.c_uint16, ctypes.c_int16],
-            "see": [ctypes.c_void_p, ctypes.c_int32, ctypes.POINTER(ctypes.c_int32)],
-        }[function]
+    loaded.controller_ask.restype = loaded.controller_odometry.restype = ctypes.c_size_t
+    for function, types in {
+        "free": [ctypes.c_void_p],
+        "supervise": [ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint32)],
+        "receive": [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint32],
+        "ask": [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_char_p],
+        "roll": [ctypes.c_void_p, ctypes.c_int32, ctypes.c_int32, ctypes.c_uint16, ctypes.c_uint32],
+        "odometry": [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_char_p],
+        "step": [ctypes.c_void_p, ctypes.c_uint32, ctypes.c_uint32, ctypes.POINTER(ctypes.c_int32)],
+        "stop": [ctypes.c_void_p],
+        "start": [ctypes.c_void_p],
+        "hold": [ctypes.c_void_p, ctypes.c_int],
+        "route": [ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint16), ctypes.c_uint16, ctypes.c_int16],
+        "see": [ctypes.c_void_p, ctypes.c_int32, ctypes.POINTER(ctypes.c_int32)],
+    }.items():
+        getattr(loaded, "controller_" + function).argtypes = types
     return loaded
 
 
 class CController:
-    """larics_supervisor and larics_drive behind the calls of larics_vehicle.approach.Approach.
+    """larics_supervisor, larics_drive and larics_wheels behind the calls of larics_vehicle.approach.Approach.
 
     limits        as Approach's, by name
     supervision   None: every decoded message is taken; else a dict of baud, buffer_bytes, silent_ms,
@@ -104,6 +106,17 @@ class CController:
     def ask(self, now_ms: int) -> bytes:
         """Bytes to send to the camera, b"" when nothing is due."""
         size = self._library.controller_ask(self._self, now_ms & 0xFFFFFFFF, self._frame)
+        return self._frame.raw[:size]
+
+    def roll(self, left_um: int, right_um: int, track_mm: int, now_us: int) -> bool:
+        """What the encoders of both wheels counted since the last call; False when that cannot be."""
+        return bool(
+            self._library.controller_roll(self._self, left_um, right_um, track_mm, now_us & 0xFFFFFFFF)
+        )
+
+    def odometry(self, now_us: int) -> bytes:
+        """An ODOMETRY of the wheels, to be sent to the camera."""
+        size = self._library.controller_odometry(self._self, now_us & 0xFFFFFFFF, self._frame)
         return self._frame.raw[:size]
 
     def step(self, elapsed_ms: int, now_ms: int = 0) -> int:

@@ -4,12 +4,14 @@
 #include "larics_drive.h"
 #include "larics_route.h"
 #include "larics_supervisor.h"
+#include "larics_wheels.h"
 
 typedef struct {
     larics_decoder decoder;
     larics_supervisor camera;
     larics_drive drive;
     larics_route route;
+    larics_wheels wheels;
     uint16_t sequence;
     uint16_t ids[1000];
     uint16_t workspace[2000];
@@ -44,6 +46,17 @@ void controller_supervise(controller *c, const uint32_t supervise[8])
     limits.challenge_ms = (uint16_t)supervise[4];
     limits.answer_ms = (uint16_t)supervise[5];
     larics_supervisor_init(&c->camera, &limits, supervise[6], supervise[7]);
+    larics_wheels_init(&c->wheels, supervise[7]);
+}
+
+int controller_roll(controller *c, int32_t left_um, int32_t right_um, uint16_t track_mm, uint32_t now_us)
+{
+    return larics_wheels_roll(&c->wheels, left_um, right_um, track_mm, now_us);
+}
+
+size_t controller_odometry(controller *c, uint32_t now_us, uint8_t frame[LARICS_MAX_FRAME])
+{
+    return larics_wheels_message(&c->wheels, now_us, &c->sequence, frame);
 }
 
 void controller_receive(controller *c, const uint8_t *bytes, size_t count, uint32_t now_ms)
