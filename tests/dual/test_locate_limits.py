@@ -9,10 +9,12 @@ from larics.locate.motion import Motion, grown
 from larics.locate.navigator import Navigator
 from larics.locate.noise import Residuals
 from larics.locate.route import Route
+from larics.locate.uncertainty import Systematic
 from larics.wire.messages import COASTING, LOST, MOTION_NONE, TRACKING
 
 ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000))
 FRAME_US = 20000
+EXACT = Systematic(0, 0, 0, 0, 0, 0, 0)  # camera and map
 
 
 def measured(marker_id, x_mm10, y_mm10=0, heading_cdeg=0):
@@ -25,7 +27,7 @@ def measured(marker_id, x_mm10, y_mm10=0, heading_cdeg=0):
 
 def standing(frames):
     """A vehicle that has stood below marker 3 for that many frames, and the time."""
-    found = Localizer(MarkerMap(ROWS), coast_us=1500000)
+    found = Localizer(MarkerMap(ROWS), coast_us=1500000, systematic=EXACT)
     for k in range(frames):
         found.update([measured(3, 0)], 1, k * FRAME_US)
     assert found.state == TRACKING

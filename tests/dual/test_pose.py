@@ -4,6 +4,7 @@ from larics.locate.camera_model import Measurement
 from larics.locate.localizer import Localizer
 from larics.locate.marker_map import MarkerMap
 from larics.locate.motion import direction_cdeg
+from larics.locate.uncertainty import Systematic
 from larics.wire.messages import (
     COASTING,
     FAULT_MARKER_HEIGHT,
@@ -26,6 +27,7 @@ except ImportError:
 
 ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000), (7, 4000, 3000, 18000))
 FRAME_US = 20000
+EXACT = Systematic(0, 0, 0, 0, 0, 0, 0)  # camera and map
 
 
 def measured(marker_id, x_mm10, y_mm10, heading_cdeg, ring_mm10=30000):
@@ -37,7 +39,7 @@ def measured(marker_id, x_mm10, y_mm10, heading_cdeg, ring_mm10=30000):
 
 
 def localizer():
-    return Localizer(MarkerMap(ROWS), coast_us=1000000)
+    return Localizer(MarkerMap(ROWS), coast_us=1000000, systematic=EXACT)
 
 
 def tracking():

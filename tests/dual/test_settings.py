@@ -96,7 +96,7 @@ def test_wire_numbers_round_trip():
             "output": "mavlink",
             "mirrored": True,
             "route": [1, 2, 1],
-            "map": [[1, -5, 6, 7, 0, 0], [2, 8, 999, 10, 25000, 750]],
+            "map": [[1, -5, 6, 7, 0, 0], [2, 8, 999, 10, 25000, 750, 12, 9]],
         }
     )
     for field in FIELDS:
@@ -104,7 +104,11 @@ def test_wire_numbers_round_trip():
         numbers = field.numbers(value)
         assert len(numbers) <= field.most_numbers()
         assert field.value(numbers) == value
-    assert s.field("map").numbers(settings.map) == [1, -5, 6, 7, 0, 0, 2, 8, 999, 10, 25000, 750]
+    numbers = [1, -5, 6, 7, 0, 0, 0, 0, 2, 8, 999, 10, 25000, 750, 12, 9]
+    assert s.field("map").numbers(settings.map) == numbers
+    assert s.field("map").reason([[1, 0, 0, 0, 0]]) and s.field("map").reason(
+        [[1] * 9]
+    )  # too short, too long
     assert s.field("map").value([1, 2, 3]) is None
     assert s.field("baud").value([1, 2]) is None
     assert s.field("baud").reason(s.field("baud").value([99])) is not None

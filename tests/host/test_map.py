@@ -139,7 +139,7 @@ def test_files_are_made_checked_and_drawn(tmp_path, capsys):
     assert larics_map("create", path, *markers, "--route", "3,5,3") == 0
     hall = mapfile.read_map(path)
     assert hall.route == [3, 5, 3] and hall.markers[1] == mapfile.Marker(5, 1500.5, 0.0, 90.0, 2600.0, 75.0)
-    assert hall.rows()[1] == [5, 1500, 0, 9000, 26000, 750]
+    assert hall.rows()[1] == [5, 1500, 0, 9000, 26000, 750, 0, 0]
     assert larics_map("create", path, *markers) == 2 and "exists" in capsys.readouterr().err
     assert larics_map("check", path) == 0 and "2 markers, route of 3 steps" in capsys.readouterr().out
     assert larics_map("draw", path, "-o", tmp_path / "hall.png") == 0
@@ -198,7 +198,7 @@ def test_a_map_goes_to_a_real_firmware(tmp_path, capsys):
         assert "changed: map, route" in capsys.readouterr().out
         assert cli.main(["settings", "get", "--port", device, "map", "route"]) == 0
     assert capsys.readouterr().out == (
-        "map = [[5, 10, 20, 9000, 0, 0], [6, 2010, 20, 0, 0, 0]]\nroute = [5, 6, 5]\n"
+        "map = [[5, 10, 20, 9000, 0, 0, 0, 0], [6, 2010, 20, 0, 0, 0, 0, 0]]\nroute = [5, 6, 5]\n"
     )
 
 

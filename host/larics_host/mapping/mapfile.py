@@ -2,12 +2,14 @@
 
     {"version": 1,
      "markers": [
-      {"id": 3, "x_mm": 0, "y_mm": 1500.5, "heading_deg": 90.0, "height_mm": null, "radius_mm": null}
+      {"id": 3, "x_mm": 0, "y_mm": 1500.5, "heading_deg": 90.0, "height_mm": null, "radius_mm": null,
+       "sigma_mm": 1.2, "sigma_deg": 0.08}
      ],
      "route": [3, 5, 3]}
 
 Height (of the marker in the vehicle frame) and radius (of the outer ring) may be null or left out: then
-the camera's settings for the ceiling and the size hold.
+the camera's settings for the ceiling and the size hold. So may the standard deviations of place (along x and
+along y) and direction: then those of the settings hold, map_sigma_mm10 and map_sigma_cdeg.
 """
 
 from __future__ import annotations
@@ -28,14 +30,14 @@ if TYPE_CHECKING:
 
 
 VERSION = 1
-_FIELDS = ("id", "x_mm", "y_mm", "heading_deg", "height_mm", "radius_mm")
+_FIELDS = ("id", "x_mm", "y_mm", "heading_deg", "height_mm", "radius_mm", "sigma_mm", "sigma_deg")
 _REQUIRED = _FIELDS[:4]
 _HEADING_MOST_DEG = 720.0  # more is no angle that somebody measured
 
 
 @dataclass
 class Marker:
-    """Place and direction in the map frame; height_mm and radius_mm None for those of the settings."""
+    """Place and direction in the map frame; what follows is None for that of the settings."""
 
     id: int
     x_mm: float
@@ -43,6 +45,8 @@ class Marker:
     heading_deg: float
     height_mm: float | None = None
     radius_mm: float | None = None
+    sigma_mm: float | None = None
+    sigma_deg: float | None = None
 
     def row(self) -> list[int]:
         """The row of the setting `map`."""
@@ -53,6 +57,8 @@ class Marker:
             round(100 * self.heading_deg) % 36000,
             round(10 * (self.height_mm or 0)),
             round(10 * (self.radius_mm or 0)),
+            math.ceil(10 * (self.sigma_mm or 0)),
+            math.ceil(100 * (self.sigma_deg or 0)),
         ]
 
 
@@ -101,7 +107,7 @@ def _marker(values, where):
 
 
 def parse_marker(text: str) -> Marker:
-    """A Marker of "ID,X,Y,HEADING[,HEIGHT[,RADIUS]]"."""
+    """A Marker of "ID,X,Y,HEADING[,HEIGHT[,RADIUS[,SIGMA[,SIGMA_DEG]]]]"."""
     parts = text.split(",")
     if not len(_REQUIRED) <= len(parts) <= len(_FIELDS):
         raise UserError("%s is not ID,X,Y,HEADING with height and radius if need be" % text)
@@ -118,7 +124,8 @@ def of_settings(values: dict[str, Any], where: str = "settings") -> Map:
     """The Map in a dict of settings."""
     markers = []
     for row in values.get("map", []):
-        numbers = [row[0], row[1], row[2], row[3] / 100, row[4] / 10 or None, row[5] / 10 or None]
+        rest = [number / unit or None for number, unit in zip(row[4:], (10, 10, 10, 100), strict=False)]
+        numbers = [row[0], row[1], row[2], row[3] / 100, *rest, *[None] * (4 - len(rest))]
         markers.append(_marker(dict(zip(_FIELDS, numbers, strict=True)), where))
     return Map(markers, _route(list(values.get("route", [])), where))
 
@@ -156,8 +163,8 @@ def write_map(path: StrPath, hall: Map) -> None:
     lines = []
     for marker in hall.markers:
         values = {name: getattr(marker, name) for name in _FIELDS}
-        for name in ("x_mm", "y_mm", "heading_deg"):
-            values[name] = round(values[name], 2)
+        for name in ("x_mm", "y_mm", "heading_deg", "sigma_mm", "sigma_deg"):
+            values[name] = None if values[name] is None else round(values[name], 2)
         lines.append("  " + json.dumps(values))
     text = '{\n "version": %d,\n "markers": [\n%s\n ],\n "route": %s\n}\n' % (
         VERSION,

@@ -61,6 +61,7 @@ def make_navigator(settings):
     if not settings.map or not settings.focal_q8:
         return None
     from larics.locate.navigator import Navigator
+    from larics.locate.uncertainty import OdometryNoise, Systematic
 
     return Navigator(
         settings.map,
@@ -69,4 +70,25 @@ def make_navigator(settings):
         settings.outer_mm10,
         settings.camera_z_mm10,
         max(1, settings.max_speed_mm_s),
+        systematic=Systematic(
+            settings.map_sigma_mm10,
+            settings.map_sigma_cdeg,
+            settings.focal_sigma_ppm,
+            settings.height_sigma_mm10,
+            settings.tilt_sigma_cdeg,
+            settings.mount_sigma_cdeg,
+            settings.camera_sigma_mm10,
+            settings.camera_z_mm10,
+        ),
+        odometry_noise=OdometryNoise(
+            settings.odometry_scale_ppm,
+            settings.odometry_turn_ppm,
+            settings.odometry_drift_mdeg_m,
+            settings.odometry_scale_sigma_ppm,
+            settings.odometry_turn_sigma_ppm,
+            settings.odometry_drift_sigma_mdeg_m,
+            settings.odometry_noise_mm2_km,
+            settings.odometry_speed_noise_us,
+            settings.odometry_track_mm,
+        ),
     )

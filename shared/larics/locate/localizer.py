@@ -8,8 +8,8 @@ LOST      nothing to go by; the numbers are the last known ones
 A marker that cannot be is never believed silently. One that is not in the map, that has the wrong size
 for its height, or that would put the vehicle where it cannot have come, is refused and named by `fault`.
 Only when several frames in a row agree on the new place, was the vehicle really moved there.
-Sigma is the scatter of the measurements; errors of calibration and map, which do not scatter, come on top.
-With odometry it is that of larics.locate.carrier, which has a usual share of them.
+Sigma is the scatter of the measurements and, since they do not scatter, the standard deviations that
+calibration and map tell of themselves; with odometry it grows as larics.locate.carrier says.
 All values stay within +-2**30 and a frame allocates nothing.
 """
 
@@ -24,6 +24,7 @@ from larics.arith.fixed import cos_q14, sin_q14, turn16_from_cdeg, wrap_cdeg
 from larics.locate.carrier import Carrier
 from larics.locate.motion import Motion, direction_cdeg, grown, times_q14
 from larics.locate.noise import Residuals
+from larics.locate.uncertainty import OdometryNoise, Systematic, root_of_squares
 from larics.wire.messages import (
     CARRIED,
     COASTING,
@@ -64,6 +65,7 @@ class Localizer:
     coast_us        how long to carry on without a marker before LOST
     speed_mm_s      fastest drive: how far two frames may lie apart that agree on an unexpected place
     tolerance_q8    how far the ring's size may contradict the marker's known height, 1/256 of it
+    systematic, odometry_noise   of larics.locate.uncertainty; None: the usual ones
 
     After `update`: state, x_mm10, y_mm10, heading_cdeg (0..35999), sigma_mm10, sigma_cdeg (SIGMA_UNKNOWN
     when LOST), age_us since the last measurement, marker_id and entry of that one (ID_NONE and -1 before
@@ -71,7 +73,10 @@ class Localizer:
     `carried` says that it has one.
     """
 
-    def __init__(self, marker_map, coast_us=3000000, speed_mm_s=2000, tolerance_q8=20):
+    def __init__(
+        self, marker_map, coast_us=3000000, speed_mm_s=2000, tolerance_q8=20, systematic=None,
+        odometry_noise=None,
+    ):  # fmt: skip
         self.map = marker_map
         self.coast_us = coast_us
         self.speed_mm_s = speed_mm_s
@@ -84,7 +89,9 @@ class Localizer:
         self.entry = -1
         self.hint = -1  # entry that the route expects: decides between places of the same ID
         self.fault = 0
-        self.carrier = Carrier()
+        self.carrier = Carrier(odometry_noise or OdometryNoise())
+        self._systematic = systematic or Systematic()
+        self._certain_mm10 = self._certain_cdeg = 0  # systematic standard deviations of this frame's place
         self.carried = False
         self._frame_us = 0
         self._fix_us = 0  # time of the last measurement, and what it said
@@ -203,12 +210,20 @@ class Localizer:
         return (direction_cdeg(x_mm10 - self.x_mm10, y_mm10 - self.y_mm10) - self.heading_cdeg) % 36000
 
     def _hear(self, measurements, count):
-        """How sure the markers themselves are of a frame's place and heading: as the least sure of them."""
-        self._told_mm10 = self._told_cdeg = 0
+        """How sure the markers themselves are of a frame's place and heading, and how far calibration and map
+        may have put them off: as the least sure of them."""
+        self._told_mm10 = self._told_cdeg = self._certain_mm10 = self._certain_cdeg = 0
+        systematic, marker_map = self._systematic, self.map
         for index in range(count):
             measurement = measurements[index]
+            entry = marker_map.find(measurement.marker_id)
+            if entry < 0 or self.refused(measurement.marker_id):
+                continue
             self._told_mm10 = max(self._told_mm10, measurement.sigma_mm10)
             self._told_cdeg = max(self._told_cdeg, measurement.sigma_mdeg // 10)
+            map_mm10, map_cdeg = marker_map.sigma_mm10[entry], marker_map.sigma_cdeg[entry]
+            self._certain_mm10 = max(self._certain_mm10, systematic.of_place(measurement, map_mm10, map_cdeg))
+            self._certain_cdeg = max(self._certain_cdeg, systematic.of_heading(map_cdeg))
 
     def _predict(self, time_h):
         """The last measurement carried on."""
@@ -395,14 +410,15 @@ class Localizer:
         history[4], history[5] = x, y
         history[6] = heading
         self.sigma_mm10 = max(self._noise[0].sigma(_FLOOR_MM10), self._noise[1].sigma(_FLOOR_MM10))
-        self.sigma_mm10 = max(self.sigma_mm10, self._told_mm10)
-        self.sigma_cdeg = max(self._noise[2].sigma(_FLOOR_CDEG), self._told_cdeg)
+        self.sigma_mm10 = min(20000, max(self.sigma_mm10, self._told_mm10))
+        self.sigma_cdeg = min(18000, max(self._noise[2].sigma(_FLOOR_CDEG), self._told_cdeg))
         carrier = self.carrier
         if carrier.begun:
-            carrier.fix(x, y, heading, self.sigma_mm10, self.sigma_cdeg)
-        if self.carried:
-            self.sigma_mm10 = max(carrier.sigma_x_mm10, carrier.sigma_y_mm10)
-            self.sigma_cdeg = carrier.sigma_cdeg
+            carrier.fix(
+                x, y, heading, self.sigma_mm10, self.sigma_cdeg, self._certain_mm10, self._certain_cdeg
+            )
+        self.sigma_mm10 = root_of_squares(self.sigma_mm10, self._certain_mm10)
+        self.sigma_cdeg = root_of_squares(self.sigma_cdeg, self._certain_cdeg)
         self._fix_us = time_us & COUNT_MAX
         self.age_us = 0
         self._agreed = 0
@@ -414,9 +430,11 @@ class Localizer:
         self.heading_cdeg = guess[2] % 36000
         noise = self._noise
         # whether a turn ended or went on is not known, so what it takes to turn counts as unknown, too
-        self.sigma_mm10 = max(noise[0].sigma(_FLOOR_MM10), noise[1].sigma(_FLOOR_MM10)) + grown(
+        scatter_mm10 = max(noise[0].sigma(_FLOOR_MM10), noise[1].sigma(_FLOOR_MM10))
+        self.sigma_mm10 = root_of_squares(scatter_mm10, self._certain_mm10) + grown(
             _COAST_ACCELERATION_MM10_S2 + self._motion.sideways_mm10_s2(), time_h, 60000
         )
         if self._known < 2:
             self.sigma_mm10 = min(60000, self.sigma_mm10 + self.speed_mm_s * min(time_h, 10000) // 1000)
-        self.sigma_cdeg = noise[2].sigma(_FLOOR_CDEG) + grown(_COAST_TURN_CDEG_S2, time_h, 18000)
+        self.sigma_cdeg = root_of_squares(noise[2].sigma(_FLOOR_CDEG), self._certain_cdeg)
+        self.sigma_cdeg += grown(_COAST_TURN_CDEG_S2, time_h, 18000)

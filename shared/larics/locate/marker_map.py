@@ -1,9 +1,10 @@
 """The map: where the markers are, and what no map can be.
 
-A row is (id, x_mm, y_mm, heading_cdeg, z_mm10, outer_mm10): place of the centre and direction of the
-orientation line in the map frame, height in the vehicle frame (0: the ceiling's) and radius of the outer
-ring (0: the usual one). An ID may repeat in a building: the places are then told apart by where the
-vehicle was and by its route, so they must lie apart and look alike.
+A row is (id, x_mm, y_mm, heading_cdeg, z_mm10, outer_mm10, sigma_mm10, sigma_cdeg): place of the centre and
+direction of the orientation line in the map frame, height in the vehicle frame (0: the ceiling's), radius of
+the outer ring (0: the usual one), standard deviations of place and direction (0: the usual ones). An ID may
+repeat in a building: the places are then told apart by where the vehicle was and by its route, so they must
+lie apart and look alike.
 """
 
 from array import array
@@ -11,7 +12,7 @@ from array import array
 from larics.marker.id_set import within
 
 REPEAT_APART_MM = 2000
-_COLUMNS = 6
+_COLUMNS = 8
 
 
 def _row(row):
@@ -43,7 +44,7 @@ def map_reason(rows, known_ids=(), outer_mm10=1500, lens_mm10=0):
             if a[0] == b[0]:
                 if not _apart(a, b, REPEAT_APART_MM):
                     return "map has marker %d twice within %d mm" % (a[0], REPEAT_APART_MM)
-                if a[4:] != b[4:]:
+                if a[4:6] != b[4:6]:
                     return "map has marker %d twice, with different heights or sizes" % a[0]
             plates_mm = ((a[5] or outer_mm10) + (b[5] or outer_mm10)) // 6  # 5/3 of the outer rings
             if not _apart(a, b, plates_mm):
@@ -66,6 +67,8 @@ class MarkerMap:
         self.heading_cdeg = array("i", [row[3] for row in rows])
         self.z_mm10 = array("i", [row[4] for row in rows])
         self.outer_mm10 = array("i", [row[5] or outer_mm10 for row in rows])
+        self.sigma_mm10 = array("i", [row[6] for row in rows])
+        self.sigma_cdeg = array("i", [row[7] for row in rows])
 
     def find(self, marker_id, start=0):
         """The first entry from `start` on with this ID, -1 when there is none."""

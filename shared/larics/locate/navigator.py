@@ -19,6 +19,7 @@ class Navigator:
     """Follows the vehicle in the map and, when there is one, along its route.
 
     rows, ids       map and route as in the settings; ValueError in one line for what cannot be
+    systematic, odometry_noise   as for Localizer
     pose, route     the Localizer; the Route or None
 
     After `update`: route_position (ROUTE_NONE when unknown), next_cdeg (vehicle frame, 0..35999, or
@@ -26,9 +27,14 @@ class Navigator:
     event (what `route` said of the marker of this frame).
     """
 
-    def __init__(self, rows, ids=(), known_ids=(), outer_mm10=1500, lens_mm10=0, speed_mm_s=2000, start=-1):
+    def __init__(
+        self, rows, ids=(), known_ids=(), outer_mm10=1500, lens_mm10=0, speed_mm_s=2000, start=-1,
+        systematic=None, odometry_noise=None,
+    ):  # fmt: skip
         self.map = MarkerMap(rows, known_ids, outer_mm10, lens_mm10)
-        self.pose = Localizer(self.map, speed_mm_s=speed_mm_s)
+        self.pose = Localizer(
+            self.map, speed_mm_s=speed_mm_s, systematic=systematic, odometry_noise=odometry_noise
+        )
         self.route = Route(ids, self.map, start) if len(ids) else None
         self.usual_mm10 = outer_mm10
         self.route_position = ROUTE_NONE

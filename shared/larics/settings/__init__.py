@@ -12,7 +12,8 @@ Kinds and what their values are in Python and JSON:
     choice   one of `choices` (strings or numbers)
     list     up to `length` whole numbers low..high
     ranges   up to `length` whole numbers low..high or [first, last]
-    table    up to `length` rows, lists of as many whole numbers as `columns` has (name, low, high)
+    table    up to `length` rows, lists of as many whole numbers as `columns` has (name, low, high), or of the
+             first `needed` ones at least: those that are left out become 0
 
 On the wire every setting is a list of numbers (`numbers`, `set_numbers`): bool is 0 or 1, a choice its
 index, a table its rows one after the other, a range its ends.
@@ -64,13 +65,13 @@ class Settings:
     def __init__(self, values=None):
         """Defaults, then `values` (name: value). ValueError with a one-line reason."""
         for entry in FIELDS:
-            setattr(self, entry.name, _copy(entry.default))
+            setattr(self, entry.name, entry.full(entry.default))
         if values:
             self.update(values)
 
     def as_dict(self):
         """Name: value of every setting, and "version"; JSON-able."""
-        values = {entry.name: _copy(getattr(self, entry.name)) for entry in FIELDS}
+        values = {entry.name: entry.full(getattr(self, entry.name)) for entry in FIELDS}
         values["version"] = VERSION
         return values
 
@@ -94,13 +95,7 @@ class Settings:
             raise ValueError(reason)
         for name in changes:
             if name != "version":
-                setattr(self, name, _copy(changes[name]))
-
-
-def _copy(value):
-    if isinstance(value, (list, tuple)):
-        return [_copy(item) for item in value]
-    return value
+                setattr(self, name, _BY_NAME[name].full(changes[name]))
 
 
 def load(values, fixed=None):

@@ -25,10 +25,12 @@ class Field:
     choices = ()
     length = 0
     columns = ()
+    needed = 0
 
     def __init__(
-        self, key, name, rebuilds, kind, default, low, high, unit, meaning, choices=(), length=0, columns=()
-    ):
+        self, key, name, rebuilds, kind, default, low, high, unit, meaning, choices=(), length=0, columns=(),
+        needed=0,
+    ):  # fmt: skip
         self.key = key
         self.name = name
         self.rebuilds = rebuilds
@@ -44,6 +46,7 @@ class Field:
             self.length = length
         if columns:
             self.columns = columns
+            self.needed = needed or len(columns)  # further columns may be left out: they are 0 then
 
     def range_text(self):
         """The allowed values, for people: "1..100", "larics, nmea or mavlink"."""
@@ -89,16 +92,24 @@ class Field:
         if self.kind == "ranges":
             ends = len(entry) == 2 and all(_is_within(end, self.low, self.high) for end in entry)
             return ends and entry[0] <= entry[1]
-        if not isinstance(entry, (list, tuple)) or len(entry) != len(self.columns):
+        if not isinstance(entry, (list, tuple)) or not self.needed <= len(entry) <= len(self.columns):
             return False
         return all(_is_within(entry[k], self.columns[k][1], self.columns[k][2]) for k in range(len(entry)))
+
+    def full(self, value):
+        """A copy of an allowed value, the rows of a table with all their columns."""
+        if self.kind == "table":
+            return [list(row) + [0] * (len(self.columns) - len(row)) for row in value]
+        if isinstance(value, (list, tuple)):
+            return [list(entry) if isinstance(entry, (list, tuple)) else entry for entry in value]
+        return value
 
     def numbers(self, value):
         """An allowed value as the list of numbers that stands for it on the wire."""
         if self.kind == "choice":
             return [self.choices.index(value)]
         if self.kind == "table":
-            return [number for row in value for number in row]
+            return [number for row in self.full(value) for number in row]
         if self.kind == "list":
             return list(value)
         if self.kind == "ranges":
@@ -218,8 +229,10 @@ FIELDS = (
     Field(
         61, "map", NAVIGATOR, "table", (), 0, 0, "",
         "where the markers are: ID, place and direction of the orientation line in the map frame, height "
-        "in the vehicle frame (0: ceiling_mm10), radius of the outer ring (0: outer_mm10)",
+        "in the vehicle frame (0: ceiling_mm10), radius of the outer ring (0: outer_mm10), standard "
+        "deviations of place and direction (0: map_sigma_mm10, map_sigma_cdeg; may be left out)",
         length=63,
+        needed=6,
         columns=(
             ("id", 0, 65534),
             ("x_mm", -10000000, 10000000),
@@ -227,7 +240,33 @@ FIELDS = (
             ("heading_cdeg", 0, 35999),
             ("z_mm10", 0, 300000),
             ("outer_mm10", 0, 4000),
+            ("sigma_mm10", 0, 10000),
+            ("sigma_cdeg", 0, 9000),
         ),
     ),
+    Field(70, "map_sigma_mm10", NAVIGATOR, "int", 10, 0, 10000, "0.1 mm",
+          "standard deviation of a marker's x and y in the map"),
+    Field(71, "map_sigma_cdeg", NAVIGATOR, "int", 10, 0, 9000, "0.01 deg", "that of its heading"),
+    Field(72, "focal_sigma_ppm", NAVIGATOR, "int", 1000, 0, 100000, "ppm", "that of focal_q8"),
+    Field(73, "height_sigma_mm10", NAVIGATOR, "int", 30, 0, 10000, "0.1 mm", "that of the markers' height"),
+    Field(74, "tilt_sigma_cdeg", NAVIGATOR, "int", 5, 0, 3000, "0.01 deg", "that of each tilt"),
+    Field(75, "mount_sigma_cdeg", NAVIGATOR, "int", 5, 0, 9000, "0.01 deg", "that of mount_cdeg"),
+    Field(76, "camera_sigma_mm10", NAVIGATOR, "int", 10, 0, 10000, "0.1 mm", "that of camera_x and camera_y"),
+    Field(80, "odometry_scale_ppm", NAVIGATOR, "int", 0, -100000, 100000, "ppm",
+          "by how much the way driven is longer than told"),
+    Field(81, "odometry_turn_ppm", NAVIGATOR, "int", 0, -100000, 100000, "ppm",
+          "by how much the turn is larger: wrong track"),
+    Field(82, "odometry_drift_mdeg_m", NAVIGATOR, "int", 0, -15000, 15000, "0.001 deg/m",
+          "turn to the left a metre that is told straight"),
+    Field(83, "odometry_scale_sigma_ppm", NAVIGATOR, "int", 7000, 0, 100000, "ppm",
+          "standard deviation of the scale"),
+    Field(84, "odometry_turn_sigma_ppm", NAVIGATOR, "int", 7000, 0, 100000, "ppm", "that of the turn"),
+    Field(85, "odometry_drift_sigma_mdeg_m", NAVIGATOR, "int", 2700, 0, 15000, "0.001 deg/m",
+          "that of the drift"),
+    Field(86, "odometry_noise_mm2_km", NAVIGATOR, "int", 2500, 0, 250000, "mm2/km",
+          "variance of a wheel's way; 25,000 a slip each metre"),
+    Field(87, "odometry_speed_noise_us", NAVIGATOR, "int", 0, 0, 10000, "us",
+          "the same times the speed: what encoders do not see"),
+    Field(88, "odometry_track_mm", NAVIGATOR, "int", 300, 20, 5000, "mm", "between the wheels"),
 )
 # fmt: on
