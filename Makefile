@@ -8,7 +8,7 @@ export PYTHONPATH := shared:host
 MICROPYTHON ?= $(BIN)/micropython
 export MICROPYTHON
 
-.PHONY: vehicle-package help demo test lint bench mpy flash reproduce fuzz vehicle clean setup
+.PHONY: docs vehicle-package help demo test lint bench mpy flash reproduce fuzz vehicle clean setup
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' Makefile
 
@@ -52,6 +52,11 @@ vehicle: $(READY)  ## the vehicle's C library on AVR, Cortex-M, big-endian: same
 
 vehicle-package: $(READY)  ## archive of the vehicle's C library for Arduino, PlatformIO, CMake, ESP-IDF, Zephyr
 	$(BIN)/python tools/vehicle_package.py
+
+docs: $(READY)  ## the site of these pages and docstrings, in build/docs (LINKS=1: addresses elsewhere, too)
+	$(BIN)/python -m sphinx -W --keep-going -q -E -b html docs build/docs
+	$(if $(LINKS),$(BIN)/python -m sphinx -q -b linkcheck docs build/links)
+	@echo "open build/docs/index.html"
 
 flash: $(READY)  ## put the firmware on the connected board (FLASH="--port /dev/ttyACM0 --dry-run")
 	$(BIN)/larics flash $(FLASH)
