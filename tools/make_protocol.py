@@ -27,7 +27,7 @@ from larics.wire import messages  # noqa: E402
 from larics_host import wire_names as codes  # noqa: E402
 
 HEADER = ROOT / "firmware" / "vehicle" / "src" / "larics.h"
-SOURCE = ROOT / "firmware" / "vehicle" / "src" / "larics.c"
+SOURCE = ROOT / "firmware" / "vehicle" / "src" / "larics_layout.c"
 DOCUMENT = ROOT / "docs" / "wire.md"
 README = ROOT / "README.md"
 RECORDS = ROOT / "host" / "larics_host" / "connection" / "records.py"
@@ -143,7 +143,7 @@ def c_tables():
     if len(fields_rows) > 255:
         raise SystemExit("more than 255 fields: `first` and `range.field` need 16 bits")
     lines = ["static const field fields[] LARICS_IN_FLASH = {", *fields_rows, "};", ""]
-    lines += ["static const layout layouts[] LARICS_IN_FLASH = {", *layouts, "};", ""]
+    lines += ["static const larics_layout layouts[] LARICS_IN_FLASH = {", *layouts, "};", ""]
     lines += ["static const range ranges[] LARICS_IN_FLASH = {", *ranges, "};"]
     return "\n".join(lines)
 

@@ -74,7 +74,16 @@ def drive_corpus(count, seed=1):
         values = {"boot": 7, "unique_id": b"camera-one--", "token": generator.randrange(65536)}
         values |= {"frame": number, "age_us": generator.randrange(30000), "uptime_s": number // 100}
         values |= {"x_mm10": generator.randint(-9000, 9000), "y_mm10": generator.randint(-9000, 9000)}
-        values |= {"id": generator.choice((3, 4, 5)), "count": 1, "state": generator.choice((0, 1, 2, 2, 2))}
+        values |= {
+            "id": generator.choice((3, 4, 5)),
+            "count": 1,
+            "state": generator.choice((0, 1, 2, 2, 2, 3)),
+        }
+        values |= {
+            "marker_age_ms": generator.choice((0, 20, 900, 65535)),
+            "way_mm": generator.randrange(3000),
+        }
+        values |= {"sigma_x_mm10": generator.choice((20, 900, 65535)), "sigma_cdeg": generator.randrange(400)}
         values |= {"margin": generator.randrange(256), "command": protocol.PING}
         values["flags"] = generator.choice((0, 0, 0, protocol.MARKER_TRACKED, protocol.MARKER_UNCONFIRMED))
         row = []

@@ -19,9 +19,15 @@ def version():
     return re.search(r"^version=(.+)$", (LIBRARY / "library.properties").read_text(), re.MULTILINE).group(1)
 
 
+def public_headers():
+    """Those that a user includes; the others say in their first sentence that they are private."""
+    headers = sorted((LIBRARY / "src").glob("*.h"))
+    return [path for path in headers if "private to the library" not in path.read_text().split("*/")[0]]
+
+
 def keywords():
     """Text of keywords.txt: what the headers declare, for the colours of the Arduino IDE."""
-    text = "".join(path.read_text() for path in sorted((LIBRARY / "src").glob("*.h")))
+    text = "".join(path.read_text() for path in public_headers())
     types = sorted(set(re.findall(r"^} (larics_\w+);", text, re.MULTILINE)))
     functions = sorted(set(re.findall(r"^[a-z]\w*[ \w*]* \*?(larics_\w+)\(", text, re.MULTILINE)))
     constants = sorted(set(re.findall(r"^#define (LARICS_\w+) ", text, re.MULTILINE)))

@@ -64,12 +64,17 @@ static void start_supervisor(void)
     limits.choice.next_id = (uint16_t)(3 + draw(3));
     limits.frozen_frames = (uint16_t)draw(3);
     limits.most_gap = (uint16_t)draw(65536);
+    limits.most_carried_ms = (uint16_t)draw(2000);
+    limits.most_way_mm = (uint16_t)draw(3000);
+    limits.most_sigma_mm10 = (uint16_t)(draw(3) ? draw(1000) : 65535u);
+    limits.most_sigma_cdeg = (uint16_t)draw(400);
     larics_supervisor_init(&camera, &limits, (uint32_t)clock_ms, draw(0xFFFFFFFFu));
 }
 
 static void judge(void)
 {
     uint32_t now = (uint32_t)clock_ms - draw(3);
+    const larics_limits *limits = &camera.limits;
     if (larics_marker_is_fresh(&camera, now)) {
         const larics_marker *m = &camera.choice.target;
         fresh++;
@@ -80,6 +85,11 @@ static void judge(void)
         fresh++;
         if (camera.pose.frame >= frames || clock_ms - fed_ms[camera.pose.frame] > MOST_AGE_MS + 3) stale++;
         if (camera.pose_state == LARICS_LOST) unfit++;
+        if (camera.pose.sigma_x_mm10 > limits->most_sigma_mm10 || camera.pose.sigma_cdeg > limits->most_sigma_cdeg)
+            unfit++;
+        if (camera.pose.state == LARICS_CARRIED && (camera.pose.marker_age_ms > limits->most_carried_ms ||
+                                                    camera.pose.way_mm > limits->most_way_mm))
+            unfit++;
     }
 }
 

@@ -155,4 +155,5 @@ class Stream:
 
     def pose(self, **values):
         given = {"frame": self.frame, "age_us": 20000, "marker_age_ms": 20, "state": m.TRACKING, "id": 3}
+        given |= {"sigma_x_mm10": 20, "sigma_y_mm10": 30, "sigma_cdeg": 15}
         return self.send(m.POSE, **(given | values))

@@ -5,7 +5,7 @@ from collections import namedtuple
 
 NAMES = (
     *("waiting", "silent", "foreign", "restarted", "unproven", "faulty", "stalled", "frozen", "damaged"),
-    *("overrun", "no_marker", "unusable", "good"),
+    *("overrun", "no_marker", "unusable", "strayed", "imprecise", "good"),
 )
 NEVER = 0xFFFFFFFF
 View = namedtuple("View", "state age_ms id x y")

@@ -369,6 +369,63 @@ def test_a_pose_is_as_old_as_its_marker_unless_odometry_carries_it(program):
         assert session.pose().state == "good" and session.pose().age_ms < 100
 
 
+@pytest.mark.parametrize("field", ["sigma_x_mm10", "sigma_y_mm10", "sigma_cdeg"])
+@pytest.mark.parametrize("state", [m.TRACKING, m.CARRIED])
+def test_a_pose_whose_sigma_is_above_the_limit_or_unknown(program, field, state):
+    camera = Stream()
+    with started(program, camera, most_sigma_mm10=200, most_sigma_cdeg=200) as session:
+        for sigma, expected in ((200, "good"), (201, "imprecise"), (m.SIGMA_UNKNOWN, "imprecise")):
+            session.later(camera.marker() + camera.pose(state=state, **{field: sigma}))
+            assert session.pose().state == expected
+        assert session.marker().state == "good"  # it is the pose that is in doubt
+    with started(program, camera := Stream(), most_sigma_mm10=65535, most_sigma_cdeg=65535) as session:
+        session.later(camera.marker() + camera.pose(**{field: m.SIGMA_UNKNOWN}))
+        assert session.pose().state == "good"
+
+
+def test_a_pose_that_odometry_has_carried_too_long_or_too_far(program):
+    camera = Stream()
+    limits = {"most_carried_ms": 3000, "most_way_mm": 1500}
+    with started(program, camera, **limits) as session:
+        for age_ms, way_mm, expected in (
+            (2950, 1500, "good"),
+            (3001, 100, "strayed"),
+            (m.AGE_UNKNOWN, 100, "strayed"),
+            (100, 1501, "strayed"),
+            (100, m.WAY_UNKNOWN, "strayed"),
+        ):
+            carried = {"state": m.CARRIED, "marker_age_ms": age_ms, "way_mm": way_mm}
+            session.later(camera.marker() + camera.pose(**carried))
+            assert session.pose().state == expected, (age_ms, way_mm)
+        session.later(camera.marker() + camera.pose(state=m.CARRIED, marker_age_ms=2950))
+        assert session.pose().state == "good"
+        assert session.pose(session.now + 51).state == "strayed"  # and it goes on while nothing comes
+        session.later(camera.marker() + camera.pose(way_mm=m.WAY_UNKNOWN))  # measured: nothing to carry
+        assert session.pose().state == "good"
+    limits = {"most_carried_ms": 65535, "most_way_mm": 65535}
+    with started(program, camera := Stream(), **limits) as session:
+        carried = {"state": m.CARRIED, "marker_age_ms": m.AGE_UNKNOWN, "way_mm": m.WAY_UNKNOWN}
+        session.later(camera.marker() + camera.pose(**carried))
+        assert session.pose().state == "good"
+
+
+@pytest.mark.parametrize(
+    "code, state",
+    [
+        (m.FAULT_CAMERA_FROZEN, "frozen"),
+        (m.FAULT_CAMERA_DARK, "faulty"),
+        (m.FAULT_CAMERA_WHITE, "faulty"),
+    ],
+)
+def test_a_camera_that_says_that_its_picture_is_worth_nothing(program, code, state):
+    camera = Stream()
+    with started(program, camera) as session:
+        session.later(camera.status(2, active_faults=1 << code) + camera.marker())
+        assert session.marker().state == state and not session.may_search()
+        session.later(camera.status(3) + camera.marker())
+        assert session.marker().state == "good"
+
+
 def test_our_own_echo_is_refused(program):
     camera = Stream()
     with started(program, camera) as session:

@@ -43,7 +43,9 @@ extern "C" {
 #define LARICS_OVERRUN 9    /* not read for so long that bytes were lost, and nothing usable since */
 #define LARICS_NO_MARKER 10 /* frames without a marker, or POSEs that are LOST; or the last one is too old */
 #define LARICS_UNUSABLE 11  /* markers in sight, but uncertain, unconfirmed or of an uncalibrated camera */
-#define LARICS_GOOD 12      /* fresh: may be steered by */
+#define LARICS_STRAYED 12   /* pose only: carried by odometry for longer or further than the limits */
+#define LARICS_IMPRECISE 13 /* pose only: its sigma is unknown or above the limits */
+#define LARICS_GOOD 14      /* fresh: may be steered by */
 
 typedef struct {
     uint32_t baud;
@@ -55,6 +57,10 @@ typedef struct {
     uint16_t most_gap;         /* messages missing at once that are a loss and not another source */
     uint8_t most_loss_percent; /* of about the last 64 messages */
     uint32_t faults;           /* lasting faults that forbid steering: bit n stands for LARICS_FAULT code n */
+    uint16_t most_sigma_mm10;  /* greatest standard deviation of the pose's x and y; 65535: not judged */
+    uint16_t most_sigma_cdeg;  /* and of its heading; 65535: not judged */
+    uint16_t most_carried_ms;  /* longest time since the last marker of a pose that odometry carries; 65535: any */
+    uint16_t most_way_mm;      /* and longest way since then; 65535: any, also an unknown one */
     uint16_t challenge_ms;     /* from one challenge to the next; 0: none, the camera does not hear us */
     uint16_t answer_ms;        /* longest time for an answer */
     uint8_t is_pinned;         /* 1: only the camera with `unique_id`; 0: the first one seen */
@@ -81,7 +87,7 @@ typedef struct {
     larics_noticed noticed;
     larics_choice choice;  /* choice.target: the marker to steer by */
     larics_pose pose;      /* the last one that was not LOST */
-    uint8_t pose_state;    /* LARICS_LOST, _COASTING or _TRACKING as last told */
+    uint8_t pose_state;    /* LARICS_LOST, _COASTING, _TRACKING or _CARRIED as last told */
     uint32_t faults;       /* lasting faults as last told */
     uint8_t unique_id[12]; /* of the camera, when has_identity */
     uint8_t has_identity;

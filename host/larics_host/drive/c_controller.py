@@ -16,7 +16,7 @@ from larics_host.sources import source_root
 SHIM = Path(__file__).with_name("controller.c")
 STATES = (
     *("waiting", "silent", "foreign", "restarted", "unproven", "faulty", "stalled", "frozen", "damaged"),
-    *("overrun", "no marker", "unusable", "good"),
+    *("overrun", "no marker", "unusable", "strayed", "imprecise", "good"),
 )  # in the order of LARICS_WAITING .. LARICS_GOOD
 _MAX_FRAME = 130
 

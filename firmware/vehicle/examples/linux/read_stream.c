@@ -73,7 +73,7 @@ static void show(const larics_message *message)
                    (unsigned long)m->frame, m->id, m->index + 1, m->count, m->x_mm10 / 10.0,
                    m->y_mm10 / 10.0, m->heading_cdeg / 100.0, m->margin, m->age_us / 1000.0);
     } else if (message->type == LARICS_POSE) {
-        static const char *const states[] = {"LOST", "COASTING", "TRACKING"};
+        static const char *const states[] = {"LOST", "COASTING", "TRACKING", "CARRIED"};
         const larics_pose *p = &message->as.pose;
         printf("frame %lu: pose x %.1f y %.1f mm heading %.2f deg %s\n", (unsigned long)p->frame,
                p->x_mm10 / 10.0, p->y_mm10 / 10.0, p->heading_cdeg / 100.0, states[p->state]);
@@ -95,7 +95,8 @@ static const char *const states[] = {
     "nothing heard", "the camera is silent", "another camera is on the line", "the camera restarted",
     "the camera has not proven itself", "the camera reports a fault", "no new frames",
     "the same picture again and again", "too many messages are lost", "not read in time",
-    "no marker in sight", "only markers that are uncertain or without offset", "good"};
+    "no marker in sight", "only markers that are uncertain or without offset", "carried for too long",
+    "too imprecise", "good"};
 
 int main(int argc, char **argv)
 {
