@@ -41,7 +41,8 @@ class CameraWatch:
         self._clock = clock
         self._started = started
         self._skipped = 0  # of the driver, at the last frame
-        self._frame_ms = clock.ticks_ms()
+        self._frame_ms = clock.ticks_ms()  # of the newest frame, or a time-out ago if that is later
+        self._start_ms = self._frame_ms  # of the last start, or of the end of the opening that followed
 
     def grab(self):
         """True when `camera.frame` is a new frame. Never raises and never waits but for a start."""
@@ -54,14 +55,10 @@ class CameraWatch:
                 faults.end(m.FAULT_CAMERA_TIMEOUT)
                 self._count()
                 if self._is_new():
-                    self._frame_ms = now_ms
+                    self._frame_ms = self._start_ms = now_ms
                     return True
-            if camera.ended or clock.ticks_diff(now_ms, self._frame_ms) < _TIMEOUT_MS:
+            if not self._is_silent(now_ms):
                 return False
-            if not self._copies:
-                faults.begin(m.FAULT_CAMERA_TIMEOUT)
-            elif not getattr(camera, "adjustable", True):
-                return False  # a recording: begun anew, it would be the same
         except MemoryError:
             faults.report(m.FAULT_MEMORY)
             gc.collect()
@@ -69,8 +66,22 @@ class CameraWatch:
         except Exception:
             faults.report(m.FAULT_CAMERA)
         self._started = False
-        self._frame_ms = clock.ticks_add(now_ms, -_RETRY_MS)  # at once, the first time
+        self._start_ms = clock.ticks_add(now_ms, -_RETRY_MS)  # at once, the first time
         return False
+
+    def _is_silent(self, now_ms):
+        """Whether no new frame has come for so long that another start may help; tells it as a fault."""
+        camera, clock = self.camera, self._clock
+        if getattr(camera, "opening", False):
+            self._start_ms = now_ms  # to start it again would only begin the opening anew
+        if camera.ended or clock.ticks_diff(now_ms, self._frame_ms) < _TIMEOUT_MS:
+            return False
+        self._frame_ms = clock.ticks_add(now_ms, -_TIMEOUT_MS)  # or the clock would wrap
+        if not self._copies:
+            self._faults.begin(m.FAULT_CAMERA_TIMEOUT)
+        elif not getattr(camera, "adjustable", True):
+            return False  # a recording: begun anew, it would be the same
+        return clock.ticks_diff(now_ms, self._start_ms) >= _TIMEOUT_MS
 
     def _is_new(self):
         """Whether the frame may count as one, and not as a copy of the one before; tells what it shows."""
@@ -94,7 +105,7 @@ class CameraWatch:
         self._skipped = camera.skipped
 
     def _restart(self, now_ms):
-        if self._clock.ticks_diff(now_ms, self._frame_ms) < _RETRY_MS:
+        if self._clock.ticks_diff(now_ms, self._start_ms) < _RETRY_MS:
             return False
         camera, faults = self.camera, self._faults
         try:
@@ -110,5 +121,5 @@ class CameraWatch:
         except Exception:
             faults.report(m.FAULT_CAMERA)
             gc.collect()
-        self._frame_ms = self._clock.ticks_ms()
+        self._start_ms = self._clock.ticks_ms()
         return False

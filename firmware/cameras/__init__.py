@@ -11,6 +11,8 @@ A driver has
     ended           True when no further frame can come (recordings only)
     adjustable      False when exposure and gain change nothing, nor does another start (recordings only; may
                     be left out)
+    opening         True while start() goes on in the background, for as long as the camera is not there; such
+                    a driver is not started again meanwhile (may be left out)
 and
     start()                  open the camera and begin to capture
     grab() -> bool           True: `frame` is the newest frame; False: none has come since the last call.

@@ -57,9 +57,11 @@ def make_app(options):
         settings.set(name, value)
     size = tuple(options["size"]) if options.get("size") else None
     camera = VideoCamera(
-        lambda: VideoSource(options["source"], size, options.get("fps")), every=options.get("every", False)
+        lambda: VideoSource(options["source"], size, options.get("fps")),
+        every=options.get("every", False),
+        tell=lambda text: say("%s: %s" % (options["source"], text)),
     )
-    camera.start()  # a source that is not there is told now, in one line
+    camera.open()  # a source that is not there is told now, in one line
     line = make_line(options, settings.baud)
     app = App(settings, camera, line, BOARD, unique_id(), store, faults, clock=host_clock)
     camera.ready = lambda: app.outbox.empty()
@@ -90,10 +92,8 @@ def main(arguments):
     except Stop:
         return 0
     camera = app.watch.camera
-    what = camera.width, camera.height, options["source"], line.name
     try:
-        sys.stderr.write("larics camera: %dx%d from %s to %s\n" % what)
-        sys.stderr.flush()
+        say("%dx%d from %s to %s" % (camera.width, camera.height, options["source"], line.name))
         app.run()
     except Stop:
         app.loop.close(300)
@@ -105,6 +105,11 @@ def main(arguments):
     if app.commands.restart_due:
         os.execv(sys.executable, [sys.executable] + sys.argv)
     return 0
+
+
+def say(text):
+    sys.stderr.write("larics camera: %s\n" % text.splitlines()[0])
+    sys.stderr.flush()
 
 
 def fail(text):

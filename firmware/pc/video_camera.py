@@ -1,4 +1,9 @@
-"""A camera driver over a video source: a thread fetches, the newest frame wins, a lost source is reopened."""
+"""A camera driver over a video source: a thread opens and fetches, the newest frame wins.
+
+Only the thread opens, one source at a time: a device has one user. Whoever restarts the driver waits neither
+for an opening nor for a read that hangs, and ends neither; the next thread begins when the one before has
+ended.
+"""
 
 import threading
 import time
@@ -6,24 +11,29 @@ import time
 from cameras import CameraError
 from pc import host_clock
 
-_REOPEN_S = 1.0
-_WAIT_S = 0.002  # grab() waits so long for a frame, or the loop of the program would spin
+_REOPEN_S = (0.5, 1.0, 2.0, 4.0, 8.0)  # between attempts to open, the longer the more have failed
+_WAIT_S = 0.004  # grab() waits so long for a frame, or the loop of the program would spin
 _FRAMES = (1 << 30) - 1
+_STOP_S = 0.2
 
 
 class VideoCamera:
-    """A driver as in cameras. `open_source()` makes a VideoSource; its errors at the first start are raised.
+    """A driver as in cameras. `open_source()` makes a VideoSource, or raises CameraError or OSError.
 
     A file is played at its own pace and ends the camera; with `every`, each of its frames is processed and
     reported, however long that takes: the next one is fetched when `ready()` says so.
+    `tell(text)` is called, from the thread, when the source fails, fails for another reason, and is back.
     """
 
-    def __init__(self, open_source, every=False):
+    def __init__(self, open_source, every=False, tell=lambda text: None):
         self._open = open_source
         self._every = every
+        self._tell = tell
+        self._trouble = ""
         self._changed = threading.Condition()
-        self._turn = 0  # of the thread that may deliver; one that hangs in a read when stopped is left alone
+        self._turn = 0  # of the thread that may deliver
         self._thread = None
+        self._first = None  # source that open() opened, for the first thread
         self._waiting = None  # (frame, monotonic s), the newest
         self._exposure_us, self._gain_cdb = 1000, 0
         self._wanted_us = None
@@ -36,43 +46,76 @@ class VideoCamera:
         self.skipped = 0
         self.ended = False
         self.adjustable = False
+        self.opening = False
         self.ready = lambda: True
 
+    def open(self):
+        """The first opening, with its errors raised: from then on the size of the frames is known."""
+        source = self._first = self._open()
+        self.width, self.height = source.width, source.height
+        self.frame = bytearray(self.width * self.height)
+        self.adjustable = source.kind == "device" and source.exposure(self._exposure_us)
+
     def start(self):
-        """Opens the source; later ones return at once, and the source is opened as soon as it is there."""
+        """Returns at once, except the first time when nobody called open()."""
         self.stop()
-        source = None
         if not self.width:
-            source = self._open()
-            self.width, self.height = source.width, source.height
-            self.frame = bytearray(self.width * self.height)
-            self.adjustable = source.kind == "device" and source.exposure(self._exposure_us)
+            self.open()
+        source, self._first = self._first, None
         self.skipped = 0
         self._fetched = self._count
+        self.opening = source is None
+        before = self._thread
         self._thread = threading.Thread(
-            target=self._run, args=(source, self._turn), name="frames", daemon=True
+            target=self._run, args=(source, self._turn, before), name="frames", daemon=True
         )
         self._thread.start()
 
-    def _run(self, source, turn):
-        while self._turn == turn:
+    def _run(self, source, turn, before):
+        if before is not None:
+            before.join()
+        failures = 0
+        while self._turn == turn and not self.ended:
+            count = self._count
             try:
                 if source is None:
-                    source = self._open()
-                    if (source.width, source.height) != (self.width, self.height):
-                        raise CameraError("the size of the frames changed: start again")
+                    source = self._open_again()
+                self._set_opening(turn, False)
                 self._fetch(source, turn)
-                if self.ended:
-                    break
-            except (CameraError, OSError):
-                pass  # the program notices that no frame comes, and tells it as a fault
+                self._say("" if self.ended or self._turn != turn else "no more frames: opening it again")
+            except (CameraError, OSError) as error:
+                self._say(str(error))
+            self._set_opening(turn, True)
             if source is not None:
                 source.close()
                 source = None
+            failures = 0 if self._count > count + 1 else failures + 1
             with self._changed:
-                self._changed.wait_for(lambda: self._turn != turn, _REOPEN_S)
+                wait_s = _REOPEN_S[min(failures, len(_REOPEN_S) - 1)]
+                self._changed.wait_for(lambda: self._turn != turn or self.ended, wait_s)
         if source is not None:
             source.close()
+
+    def _open_again(self):
+        source = self._open()
+        if (source.width, source.height) != (self.width, self.height):
+            size = source.width, source.height, self.width, self.height
+            source.close()
+            raise CameraError("frames of %dx%d instead of %dx%d: start again for another size" % size)
+        if self.adjustable:
+            self._wanted_us = self._exposure_us  # a device forgets it
+        return source
+
+    def _set_opening(self, turn, opening):
+        with self._changed:
+            if self._turn == turn:
+                self.opening = opening
+
+    def _say(self, trouble):
+        """Once for each change; nothing but a frame ends a trouble."""
+        if trouble and trouble != self._trouble:
+            self._trouble = trouble
+            self._tell(trouble)
 
     def _fetch(self, source, turn):
         """Fetches frames until the source gives none any more."""
@@ -94,9 +137,13 @@ class VideoCamera:
                 if self._every:
                     self._changed.wait_for(lambda: self._turn != turn or self._waiting is None)
                     taken_s = time.monotonic()
-                self._count += 1
+                self._count += 1 + source.cut  # the camera made those, too
+                source.cut = 0
                 self._waiting = frame, taken_s
                 self._changed.notify_all()
+            if self._trouble:
+                self._trouble = ""
+                self._tell("frames again")
 
     def _finish(self, turn):
         """The recording is over when its last frame was fetched."""
@@ -135,10 +182,12 @@ class VideoCamera:
         return self._gain_cdb
 
     def stop(self):
+        """Ends the thread, or leaves it to end when its read returns."""
         with self._changed:
             self._turn += 1
             self._waiting = None
             self._changed.notify_all()
         if self._thread is not None:
-            self._thread.join(0.2)
-            self._thread = None
+            self._thread.join(_STOP_S)
+            if not self._thread.is_alive():
+                self._thread = None

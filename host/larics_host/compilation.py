@@ -32,12 +32,14 @@ def _is_compiled(folder):
     return any(Path(kept or folder / "__pycache__").glob(pattern))
 
 
+def _folder(package):
+    return Path(__file__ if package == "render" else _cpython.__file__).parent / package
+
+
 @contextlib.contextmanager
 def told(package: str, what: str) -> Iterator[None]:
     """Around what may compile the loops of a package: one line when that is new and takes long."""
-    folder = Path(_cpython.__file__).parent / package
-    if package == "render":
-        folder = Path(__file__).parent / package
+    folder = _folder(package)
     if _cpython.EXECUTOR != "numba" or _is_compiled(folder):
         yield
         return
@@ -61,6 +63,13 @@ def compile_all() -> None:
             frame, _ = render_frame(preset, 1, index)
             for method in METHODS:
                 make_detector(method, 360, 296, (10, 66)).detect(frame)
+
+
+def compile_once() -> None:
+    """Compiles what detection needs, for a program that begins afterwards, unless that was done before."""
+    if _cpython.EXECUTOR == "numba" and _cpython.KEEPS_COMPILED and not _is_compiled(_folder("kernels")):
+        with told("kernels", "the detector"):
+            compile_all()
 
 
 if __name__ == "__main__":

@@ -126,6 +126,34 @@ def test_camera_that_delivers_nothing_is_started_again():
     assert markers(uart) > before + 100 and last_status(uart)[ACTIVE] == 0
 
 
+def test_an_opening_that_takes_long_is_not_begun_anew():
+    app, camera, uart, clock = program()
+    steps(app, clock, 500)
+    camera.silent = camera.opening = True
+    steps(app, clock, 10000)
+    assert camera.started == 1
+    assert last_status(uart)[ACTIVE] == 1 << m.FAULT_CAMERA_TIMEOUT and last_status(uart)[STATE] == m.LOST
+    camera.opening = False
+    steps(app, clock, 500)
+    assert camera.started == 1  # its patience begins when the opening is over
+    camera.silent = False
+    steps(app, clock, 1500)
+    assert camera.started == 1 and last_status(uart)[ACTIVE] == 0
+
+
+def test_a_silence_of_days_stays_one():
+    app, camera, uart, clock = program()
+    steps(app, clock, 500)
+    camera.silent = camera.opening = True
+    for _ in range(120):  # more than half the period of the clock's milliseconds
+        clock.now_us += 5000000000
+        app.loop.step()
+    assert app.faults.active == 1 << m.FAULT_CAMERA_TIMEOUT
+    camera.opening = False
+    steps(app, clock, 1500)
+    assert camera.started == 2
+
+
 def test_camera_that_raises_is_started_again_and_the_status_goes_on():
     app, camera, uart, clock = program()
     steps(app, clock, 500)

@@ -1,7 +1,6 @@
 """`larics camera`: the sensor on a computer, with real videos, an MJPEG server, a pty, TCP and C."""
 
 import contextlib
-import http.server
 import os
 import re
 import signal
@@ -14,15 +13,11 @@ import time
 import cv2
 import pytest
 
+from larics.wire import messages as m
 from larics_host.connection.receiver import Receiver
 from larics_host.truth import by_frame, read_truth
+from tests.host.mjpeg import NAMES, PICTURES, jpeg, mjpeg_server
 from tests.host.test_dual import ROOT
-
-NAMES = ["sunny_r30_1000_%d.pgm" % k for k in range(3)]
-
-
-def pictures():
-    return [cv2.imread(str(ROOT / "tests/frames" / name), cv2.IMREAD_GRAYSCALE) for name in NAMES]
 
 
 def video(path, frames, fps=30):
@@ -67,47 +62,6 @@ def running(tmp_path, *options):
         process.communicate(timeout=60)
 
 
-class Stream(http.server.BaseHTTPRequestHandler):
-    """Multipart JPEG, as webcams and OpenMV's own examples serve it."""
-
-    def do_GET(self):
-        self.send_response(200)
-        self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
-        self.end_headers()
-        while not self.server.stopped:
-            body = next(self.server.bodies)
-            self.wfile.write(b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(body))
-            self.wfile.write(body + b"\r\n")
-            time.sleep(0.03)
-
-    def log_message(self, *_):
-        pass
-
-    def handle(self):
-        with contextlib.suppress(OSError):
-            super().handle()
-
-
-@contextlib.contextmanager
-def mjpeg_server(frames, port=0):
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", port), Stream)
-    bodies = [cv2.imencode(".jpg", frame, [cv2.IMWRITE_JPEG_QUALITY, 95])[1].tobytes() for frame in frames]
-
-    def forever():
-        while True:
-            yield from bodies
-
-    server.bodies, server.stopped = forever(), False
-    server.daemon_threads = True
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        yield server
-    finally:
-        server.stopped = True
-        server.shutdown()
-        server.server_close()
-
-
 class Listener:
     """Reads the messages at a TCP address until one is as wanted."""
 
@@ -136,7 +90,7 @@ def marker(name, fields):
 
 
 def test_every_frame_of_a_video_is_reported_with_its_marker(tmp_path):
-    source = video(tmp_path / "drive.avi", pictures() * 4)
+    source = video(tmp_path / "drive.avi", PICTURES * 4)
     done = subprocess.run(
         command(tmp_path, "--source", source, "--every", "--stdout"),
         env=environment(tmp_path),
@@ -154,7 +108,7 @@ def test_every_frame_of_a_video_is_reported_with_its_marker(tmp_path):
 
 
 def test_large_frames_are_reduced_by_a_whole_factor(tmp_path):
-    large = [cv2.resize(frame, None, fx=4, fy=4, interpolation=cv2.INTER_CUBIC) for frame in pictures()]
+    large = [cv2.resize(frame, None, fx=4, fy=4, interpolation=cv2.INTER_CUBIC) for frame in PICTURES]
     source = video(tmp_path / "large.avi", large)
     done = subprocess.run(
         command(tmp_path, "--source", source, "--every", "--stdout", "--set", "radius_max_px=66"),
@@ -168,23 +122,44 @@ def test_large_frames_are_reduced_by_a_whole_factor(tmp_path):
     assert [fields.count for name, fields in messages if name == "MARKER"] == [1, 1, 1]
 
 
-def test_a_source_that_vanishes_is_opened_again(tmp_path):
-    with mjpeg_server(pictures()) as server:
-        port = server.server_address[1]
-        process = running(tmp_path, "--source", "http://127.0.0.1:%d/" % port, "--tcp", "0")
-        _, line = process.__enter__()
+def faulty(fields):
+    return fields.active_faults >> m.FAULT_CAMERA_TIMEOUT & 1
+
+
+def test_a_stream_that_falls_silent_and_comes_back(tmp_path):
+    bodies = [jpeg(frame) for frame in PICTURES]
+    silent = threading.Event()
+    with contextlib.ExitStack() as stack:
+        server = stack.enter_context(
+            mjpeg_server(lambda number: None if silent.is_set() else bodies[number % 3])
+        )
+        _, line = stack.enter_context(running(tmp_path, "--source", server.address, "--tcp", "0"))
         listener = Listener(line)
         first = listener.until(marker)
-    try:
-        with mjpeg_server(pictures(), port):
+        silent.set()
+        status = listener.until(lambda name, fields: name == "STATUS" and faulty(fields))
+        assert status.state == m.LOST
+        silent.clear()
+        again = listener.until(lambda name, fields: marker(name, fields) and fields.frame > first.frame)
+        assert again.id in {4, 1, 6}  # those of the pictures
+        status = listener.until(lambda name, fields: name == "STATUS" and not faulty(fields))
+        assert status.state == m.TRACKING
+
+
+def test_a_source_that_vanishes_is_opened_again(tmp_path):
+    with contextlib.ExitStack() as stack:
+        with mjpeg_server() as server:
+            options = "--source", server.address, "--tcp", "0"
+            _, line = stack.enter_context(running(tmp_path, *options))
+            listener = Listener(line)
+            first = listener.until(marker)
+        with mjpeg_server(port=server.server_address[1]):
             later = listener.until(lambda n, f: marker(n, f) and f.frame > first.frame + 2)
             assert later.id in {4, 1, 6}  # those of the pictures
-    finally:
-        process.__exit__(None, None, None)
 
 
 def test_settings_are_kept_for_the_next_start(tmp_path):
-    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    source = video(tmp_path / "drive.avi", PICTURES * 200, fps=20)
     with running(tmp_path, "--source", source, "--link", str(tmp_path / "larics")):
         pairs = [sys.executable, "-m", "larics_host", "settings"]
         port = ["--port", str(tmp_path / "larics")]
@@ -206,7 +181,7 @@ def test_the_c_library_reads_it(tmp_path):
     example = ROOT / "firmware/vehicle/examples/linux/read_stream.c"
     include = "-I%s" % (ROOT / "firmware/vehicle/src")
     subprocess.run(["gcc", "-std=c99", include, *sources, example, "-o", program], check=True)
-    source = video(tmp_path / "drive.avi", pictures() * 8)
+    source = video(tmp_path / "drive.avi", PICTURES * 8)
     done = subprocess.run(
         command(tmp_path, "--source", source, "--every", "--stdout"),
         env=environment(tmp_path),
@@ -220,6 +195,7 @@ def test_the_c_library_reads_it(tmp_path):
     "options, said",
     [
         (["--source", "/dev/video77"], "there is no /dev/video77: is the camera plugged in?"),
+        (["--source", "/dev/null"], "/dev/null is no camera"),
         (["--source", "nothing.mp4"], "there is no file nothing.mp4"),
         (["--source", "http://127.0.0.1:9/"], "cannot be opened"),
         (["--source", "x", "--size", "640"], "--size 640 is no size"),
@@ -242,7 +218,7 @@ def test_bad_input_is_one_line(tmp_path, options, said):
 
 
 def test_a_port_and_settings_belong_to_one_camera(tmp_path):
-    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    source = video(tmp_path / "drive.avi", PICTURES * 200, fps=20)
     with running(tmp_path, "--source", source):
         done = subprocess.run(
             command(tmp_path, "--source", source), env=environment(tmp_path), capture_output=True, text=True
@@ -251,7 +227,7 @@ def test_a_port_and_settings_belong_to_one_camera(tmp_path):
 
 
 def test_it_ends_when_nobody_reads_its_output(tmp_path):
-    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    source = video(tmp_path / "drive.avi", PICTURES * 200, fps=20)
     process = subprocess.Popen(
         command(tmp_path, "--source", source, "--stdout"),
         env=environment(tmp_path),
@@ -266,7 +242,7 @@ def test_it_ends_when_nobody_reads_its_output(tmp_path):
 
 
 def test_a_signal_ends_it_well(tmp_path):
-    source = video(tmp_path / "drive.avi", pictures() * 200, fps=20)
+    source = video(tmp_path / "drive.avi", PICTURES * 200, fps=20)
     for number in (signal.SIGTERM, signal.SIGINT):
         with running(tmp_path, "--source", source) as (process, _):
             process.send_signal(number)

@@ -59,6 +59,8 @@ def default_settings(name: str) -> Path:
 
 
 def run(args: argparse.Namespace) -> int:
+    import larics
+    from larics_host.compilation import compile_once
     from larics_host.connection.camera_settings import parse_changes
     from larics_host.sources import source_root
 
@@ -77,7 +79,10 @@ def run(args: argparse.Namespace) -> int:
     folder = tempfile.mkdtemp(prefix="larics-camera-")
     file = Path(folder) / "options.json"
     file.write_text(json.dumps(options))
-    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(root / "shared"), str(root / "firmware")]))
+    # the package that is imported here is imported there, too, with the loops that are compiled for it
+    paths = root / "firmware", Path(larics.__file__).parents[1]
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join(map(str, paths)))
+    compile_once()  # or the first frames would wait for it
     sys.stdout.flush()
     # the program takes the place of this one, so that signals and a service manager reach it directly
     os.execve(sys.executable, [sys.executable, str(program), str(file)], environment)
