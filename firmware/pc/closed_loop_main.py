@@ -1,4 +1,5 @@
-"""Runs the program on a PC in a closed loop: frames from a pipe in, the wire on a terminal device out.
+"""Runs the program on a PC in a closed loop: frames and the vehicle's bytes from a pipe in, the wire on a
+terminal device out.
 
     micropython firmware/pc/closed_loop_main.py PIPE PORT SETTINGS.json [LATENCY_US]
 
@@ -11,7 +12,7 @@ import sys
 from app import App
 from cameras import CameraError
 from larics.settings import Settings
-from pc.pipe_camera import Pipe
+from pc.pipe_camera import Line, Pipe
 
 if sys.implementation.name == "micropython":
     from pc.uart_unix import UART
@@ -19,13 +20,10 @@ else:
     import os
 
     class UART:
-        """The calls of machine.UART that SerialLine makes, on a terminal device; nothing is received."""
+        """What pc.uart_unix has, as far as a Line writes to it."""
 
         def __init__(self, device):
             self._descriptor = os.open(device, os.O_RDWR | os.O_NOCTTY)
-
-        def any(self):
-            return 0
 
         def write(self, buffer, offset, count):
             return os.write(self._descriptor, memoryview(buffer)[offset : offset + count])
@@ -38,8 +36,9 @@ def main(arguments):
     try:
         with open(arguments[2]) as file:
             settings = Settings(json.load(file))
-        camera = Pipe(arguments[0], int(arguments[3]) if len(arguments) == 4 else 15000)
-        app = App(settings, camera, UART(arguments[1]), "live", clock=camera.clock)
+        line = Line(UART(arguments[1]))
+        camera = Pipe(arguments[0], int(arguments[3]) if len(arguments) == 4 else 15000, line)
+        app = App(settings, camera, line, "live", clock=camera.clock)
     except (ValueError, OSError, CameraError) as error:
         sys.stderr.write("live: %s\n" % error)
         return 2

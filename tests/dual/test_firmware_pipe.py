@@ -4,19 +4,34 @@ import os
 import struct
 
 from cameras import CameraError
-from pc.pipe_camera import HEADER, MAGIC, FrameClock, Pipe
+from pc.pipe_camera import HEADER, LINE_MAGIC, MAGIC, FrameClock, Line, Pipe
 
 PATH = "build/dual_pipe.bin"
 
 
+class Written:
+    """A UART that keeps what is written to it."""
+
+    data = b""
+
+    def write(self, buffer, offset, count):
+        self.data += bytes(buffer[offset : offset + count])
+        return count
+
+
 def write(*frames, cut=0):
-    """A file of frames (width, height, number, capture_us), the pixels all equal to the number."""
+    """A file of frames (width, height, number, capture_us), pixels all equal to the number, and of bytes on
+    the line (time_us, bytes)."""
     try:
         os.mkdir("build")
     except OSError:
         pass
     data = b""
-    for width, height, number, capture_us in frames:
+    for record in frames:
+        if len(record) == 2:
+            data += struct.pack(HEADER, LINE_MAGIC, len(record[1]), 0, 0, record[0]) + record[1]
+            continue
+        width, height, number, capture_us = record
         data += struct.pack(HEADER, MAGIC, width, height, number, capture_us) + bytes([number]) * (
             width * height
         )
@@ -35,6 +50,54 @@ def test_frames_come_in_order_with_their_times():
         seen.append((camera.frame_number, camera.capture_us, camera.clock.ticks_us(), camera.skipped))
     assert seen == [(0, 5000, 7000, 0), (1, 105000, 107000, 0), (4, 405000, 407000, 2)]
     assert camera.ended and not camera.grab()
+
+
+def read(line):
+    buffer = bytearray(8)
+    found = b""
+    while line.any():
+        found += bytes(buffer[: line.readinto(buffer, 8)])
+    return found
+
+
+def test_what_the_vehicle_sends_arrives_in_its_time():
+    """Between two frames when it comes, during the processing of a frame after it."""
+    uart = Written()
+    line = Line(uart)
+    write(
+        (8, 4, 0, 5000),
+        (20000, b"one"),
+        (20200, b"two"),
+        (41000, b"three"),
+        (51000, b"four"),
+        (8, 4, 1, 50000),
+    )
+    camera = Pipe(PATH, 2000, line)
+    camera.start()
+    seen = []
+    for _ in range(20):
+        if camera.ended:
+            break
+        got = camera.grab()
+        seen.append((camera.clock.ticks_us(), read(line), got))
+    assert seen == [
+        (7000, b"", True),
+        (19000, b"", False),  # the loop looks, and there is nothing yet
+        (20000, b"one", False),
+        (20200, b"two", False),
+        (40000, b"", False),
+        (41000, b"three", False),
+        (52000, b"four", True),
+        (52000, b"", False),
+    ]
+    assert line.write(b"12345", 1, 3) == 3 and uart.data == b"234"
+
+
+def test_the_receive_buffer_is_as_large_as_a_boards():
+    line = Line(Written())
+    line.bring(bytes(1000))
+    line.bring(b"x" * 100)
+    assert read(line) == bytes(1000) + b"x" * 24
 
 
 def test_a_stream_that_breaks_off_ends_the_camera():

@@ -10,11 +10,13 @@ import pytest
 
 from larics.settings import Settings
 from larics.wire import messages as m
+from larics.wire.codec import Decoder
 from larics_host import cli
 from larics_host.calibration import mounting
-from larics_host.drive import c_controller, command, field, score
+from larics_host.connection.records import record_of
+from larics_host.drive import c_controller, command, encoders, field, score
 from larics_host.drive.firmware import Firmware
-from larics_host.drive.simulation import Frame, Sight, Simulation, Trace, judge
+from larics_host.drive.simulation import Frame, Sight, Simulation, Trace, judge, wheel_controller
 from larics_host.drive.vehicle import STEP_S, Drivetrain, Vehicle
 from larics_host.errors import UserError
 from larics_host.render.camera import Camera, Motion, Pose
@@ -54,6 +56,49 @@ def test_wheel_noise_makes_it_stray_and_a_push_moves_it():
     vehicle.push(10, 20, -30)
     assert (vehicle.pose.x_mm, vehicle.pose.y_mm) == pytest.approx((80, 10))
     assert vehicle.pose.heading_deg == pytest.approx(60)
+
+
+def test_encoders_see_all_but_the_bias_and_commands_see_less():
+    ways = {}
+    for name, train in (("bias", replace(SILENT, bias=0.01)), ("noise", replace(SILENT, noise=0.05))):
+        vehicle, ways[name] = Vehicle(Pose(), np.random.default_rng(4), train), np.zeros(3)
+        for _ in range(400):
+            before_mm = vehicle.way_mm
+            vehicle.step(200.0, 0.0)
+            told = (vehicle.way_mm - before_mm, vehicle.rolled_mm.mean(), vehicle.commanded_mm.mean())
+            ways[name] += told
+    assert abs(ways["bias"][1] - ways["bias"][0]) > 0.5 and ways["bias"][1] == pytest.approx(ways["bias"][2])
+    assert ways["noise"][1] == pytest.approx(ways["noise"][0]) and abs(np.diff(ways["noise"])[1]) > 0.5
+
+
+# ------------------------------------------------------------------ odometry
+
+
+@pytest.mark.parametrize("sender", ["c", "python"])
+def test_what_the_vehicle_sends(sender):
+    if sender == "c" and c_controller.compiler() is None:
+        pytest.skip("no C compiler: apt-get install gcc")
+    made = wheel_controller(field.CONDITIONS["steady"]) if sender == "c" else encoders.PythonSender()
+    options = encoders.Encoders(rate_hz=50, clock_ppm=10000, ahead_us=(1 << 30) - 500_000, delay_s=0.1)
+    talk = encoders.Talk(made, options, np.random.default_rng(2), 115200, 300.0)
+    vehicle = Vehicle(Pose(), np.random.default_rng(1), SILENT)
+    for k in range(400):
+        vehicle.step(500.0, 30.0)
+        talk.step(vehicle, (k + 1) * STEP_S)
+    assert not talk.until(0.1)  # what is sent takes a while
+    found, arrived_us = [], []
+    decoder = Decoder(lambda number, _, values: found.append(record_of(number, values)))
+    for time_us, data in talk.until(2.2):
+        decoder.feed(data, len(data))
+        arrived_us.append(time_us)
+    assert len(found) == len(arrived_us) == 101 and not talk.until(3.0)
+    for message, time_us in zip(found, arrived_us, strict=True):
+        sent_us = (message.time_us + message.age_us + 500_000) % (1 << 30) / 1.01
+        assert 0 <= message.age_us < 4100 and time_us - sent_us == pytest.approx(102_604, abs=2)
+    last = found[-1]
+    assert last.x_mm10 / 10 == pytest.approx(vehicle.pose.x_mm, abs=0.5)
+    assert last.y_mm10 / 10 == pytest.approx(vehicle.pose.y_mm, abs=0.5)
+    assert last.heading_cdeg / 100 == pytest.approx(vehicle.pose.heading_deg, abs=0.02)
 
 
 # ------------------------------------------------------------------ field
@@ -195,6 +240,7 @@ def test_recovery_is_timed_from_a_push():
 def test_a_short_drive(tmp_path):
     folder = tmp_path / "drive"
     arguments = ["--condition", "steady", "--seconds", "9", "--seed", "1100", "-o", str(folder)]
+    arguments += ["--odometry", "encoders", "--odometry-late-ms", "20", "--clock-ppm", "10000"]
     assert cli.main(["simulate", "--drive", "loop", *arguments]) == 0
     result = json.loads((folder / "score.json").read_text())
     wire = result["methods"]["wire"]
@@ -204,6 +250,8 @@ def test_a_short_drive(tmp_path):
     assert result["tracking_deg"]["median"] < 0.1
     assert result["visits"] >= 1 and result["centred_mm"]["max"] < 40
     assert result["line_errors"] == 0
+    assert result["states"]["carried"] > 0.1 and result["states"]["coasting"] == 0
+    assert result["coasting_mm"]["max"] < 15 and result["faults"] == 0
     assert len((folder / "frames.csv").read_text().splitlines()) == 181
     for name in ("path.png", "strip.png"):
         picture = cv2.imread(str(folder / name))
@@ -217,6 +265,9 @@ def test_a_short_drive(tmp_path):
         (["--on", "jython"], "unknown interpreter jython"),
         (["--method", "guess"], "unknown method guess"),
         (["--controller", "hand"], "unknown controller hand"),
+        (["--odometry", "gps"], "unknown odometry gps"),
+        (["--odometry-late-ms", "1000"], "--odometry-late-ms is 1000"),
+        (["--clock-ppm", "-30000"], "--clock-ppm is -30000"),
         (["--seconds", "0"], "--seconds is 0"),
     ],
 )

@@ -18,6 +18,7 @@ from larics_host.wording import counted
 METHODS = ("larics", "paper")
 INTERPRETERS = ("micropython", "cpython")
 CONTROLLERS = ("c", "python")
+ODOMETRY = ("none", "encoders", "commands")
 # named here as well, for a quick --help; a test compares them with those of the field
 CONDITION_NAMES: tuple[str, ...] = (
     "cloudy",
@@ -43,6 +44,17 @@ def add_loop_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--controller", default="c", metavar="NAME", help="at the wheel: c, the vehicle's library, or python"
     )
+    group.add_argument(
+        "--odometry", default="none", metavar="NAME",
+        help="told to the camera: none, of encoders, or of commands, which miss the noise of the wheels",
+    )  # fmt: skip
+    group.add_argument(
+        "--odometry-late-ms", type=float, default=0.0, metavar="MS", help="its way to the camera (0 to 900)"
+    )
+    group.add_argument(
+        "--clock-ppm", type=float, default=30.0, metavar="PPM",
+        help="how much faster than the camera's the vehicle's clock runs (-20000 to 20000)",
+    )  # fmt: skip
     group.add_argument("--method", default="larics", metavar="NAME", help="what detects: larics, or paper")
 
 
@@ -53,16 +65,24 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
         (args.on, INTERPRETERS, "interpreter"),
         (args.method, METHODS, "method"),
         (args.controller, CONTROLLERS, "controller"),
+        (args.odometry, ODOMETRY, "odometry"),
     ):
         if value not in known:
             raise UserError("unknown %s %s: choose from %s" % (what, value, ", ".join(known)))
     if args.seconds is not None and not 1.0 <= args.seconds <= _LONGEST_S:
         raise UserError("--seconds is %g: give a number from 1 to %g" % (args.seconds, _LONGEST_S))
+    for option, value, low, high in (
+        ("--odometry-late-ms", args.odometry_late_ms, 0.0, 900.0),
+        ("--clock-ppm", args.clock_ppm, -20000.0, 20000.0),
+    ):
+        if not low <= value <= high:
+            raise UserError("%s is %g: give a number from %g to %g" % (option, value, low, high))
     # imported here: they compile the renderer and load the plots
     import cv2
 
     from larics_host.connection.byte_sources import stop_on_signals
     from larics_host.drive import figures
+    from larics_host.drive.encoders import Encoders
     from larics_host.drive.field import draw_field
     from larics_host.drive.score import score
     from larics_host.drive.simulation import Simulation
@@ -75,7 +95,19 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
     folder = Path(folder)
     expected = math.ceil(field.condition.seconds * field.condition.rate_hz)
     keep = figures.keep_changes()
-    simulation = Simulation(field, args.seed, args.on, args.method, keep=keep, controller=args.controller)
+    encoders = None
+    if args.odometry != "none":
+        seen, late_s = args.odometry == "encoders", args.odometry_late_ms / 1000
+        encoders = Encoders(seen=seen, delay_s=late_s, clock_ppm=args.clock_ppm)
+    simulation = Simulation(
+        field,
+        args.seed,
+        args.on,
+        args.method,
+        keep=keep,
+        controller=args.controller,
+        encoders=encoders,
+    )
     interrupted = False
     try:
         with stop_on_signals(live=False), contextlib.closing(simulation.frames()) as frames:

@@ -1,4 +1,5 @@
-"""The firmware as a process: frames go in by a named pipe, the wire comes out of a pseudo-terminal."""
+"""The firmware as a process: frames and the vehicle's bytes go in by a named pipe, the wire comes out of a
+pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 HEADER = struct.Struct("<4sHHII")  # as firmware/pc/pipe_camera.py reads it
-MAGIC = b"LPF1"
+MAGIC, LINE_MAGIC = b"LPF1", b"LPB1"
 
 
 def interpreter_command(name: str) -> list[str]:
@@ -117,11 +118,21 @@ class Firmware:
         if number == m.POSE:
             self._frame_reported = record.frame
 
-    def exchange(self, frame: np.ndarray, number: int, capture_us: int) -> list[tuple[int, int, Any]]:
+    def exchange(
+        self, frame: np.ndarray, number: int, capture_us: int, line: Sequence[tuple[int, bytes]] = ()
+    ) -> list[tuple[int, int, Any]]:
         """Gives the firmware a frame; returns its messages as (type, sequence, record), its POSE the last of
-        that frame. Raises UserError when the firmware stopped or does not answer."""
+        that frame. Raises UserError when the firmware stopped or does not answer.
+
+        line: (time_us, bytes) of what the vehicle sent since the frame before, in order, by the time at which
+        the last byte of each piece had arrived; up to the end of the frame's processing, capture_us plus
+        latency_us. The firmware reads it while it waits for the frame, or after its detection."""
         height, width = frame.shape
-        data = HEADER.pack(MAGIC, width, height, number, capture_us & m.COUNT_MAX) + frame.tobytes()
+        data = b"".join(
+            HEADER.pack(LINE_MAGIC, len(piece), 0, 0, time_us & m.COUNT_MAX) + piece
+            for time_us, piece in line
+        )
+        data += HEADER.pack(MAGIC, width, height, number, capture_us & m.COUNT_MAX) + frame.tobytes()
         try:
             written = 0
             while written < len(data):
@@ -146,10 +157,6 @@ class Firmware:
         end = self._unread.rfind(0) + 1
         self.last_bytes, self._unread = bytes(self._unread[:end]), self._unread[end:]
         return messages
-
-    def send(self, data: bytes) -> None:
-        """What the vehicle sends to the camera."""
-        os.write(self._master, data)
 
     @property
     def line_errors(self) -> int:

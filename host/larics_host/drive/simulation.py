@@ -17,6 +17,7 @@ from larics.wire import messages as m
 from larics.wire.codec import frame_size
 from larics_host.detection.camera_view import CameraView
 from larics_host.drive.c_controller import CController
+from larics_host.drive.encoders import Encoders, PythonSender, Talk
 from larics_host.drive.field import Field
 from larics_host.drive.firmware import Firmware
 from larics_host.drive.vehicle import STEP_S, Vehicle
@@ -121,6 +122,7 @@ class Simulation:
     compare        methods that look at the same frames beside it, on this PC
     keep           function (simulation, frame index) -> caption to keep the picture, or None
     controller     "c": the vehicle's C library, which reads the firmware's bytes; "python": the reference
+    encoders       how the controller tells the camera of the vehicle's wheels; None: it tells nothing
     """
 
     def __init__(
@@ -132,6 +134,7 @@ class Simulation:
         compare: Sequence[str] = (),
         keep: Callable[..., str | None] | None = None,
         controller: str = "c",
+        encoders: Encoders | None = None,
     ) -> None:
         self.field, self.keep = field_, keep
         self.trace = Trace(field_)
@@ -143,6 +146,11 @@ class Simulation:
         # (time of arrival, type, sequence, record), and the same as bytes of the line
         self._waiting: list[tuple[float, int, int, Any]] = []
         self._line: list[tuple[float, bytes]] = []
+        self._talk = None
+        if encoders is not None:
+            sender = self.controller if isinstance(self.controller, CController) else PythonSender()
+            rng = generator("encoders-" + field_.name, seed)
+            self._talk = Talk(sender, encoders, rng, BAUD, self.vehicle.drivetrain.track_mm)
 
     def run(self, on_frame: Callable[[Trace], object] | None = None) -> Trace:
         """The whole drive; on_frame is called with the Trace after each frame."""
@@ -158,13 +166,16 @@ class Simulation:
         events = [event for event in self.field.events if event.kind == "push"]
         period_s = 1 / condition.rate_hz
         with Firmware(settings, interpreter, int(LATENCY_S * 1e6)) as firmware:
-            steps, index = 0, 0
+            steps, index, processing = 0, 0, None
             while steps * STEP_S < condition.seconds:
                 now_s = steps * STEP_S
-                if now_s >= index * period_s:
-                    self._take_frame(firmware, index, now_s)
-                    index += 1
+                if processing and now_s >= processing[1] + LATENCY_S - STEP_S / 2:
+                    self._report_frame(firmware, *processing)
+                    processing = None
                     yield self.trace.frames[-1]
+                if now_s >= index * period_s:
+                    processing = index, now_s, *self._expose(now_s)
+                    index += 1
                 while events and events[0].at_s <= now_s:
                     event = events.pop(0)
                     self.vehicle.push(event.forward_mm, event.left_mm, event.turn_deg)
@@ -173,6 +184,8 @@ class Simulation:
                     self._control(now_s)
                 self.vehicle.step(self.controller.speed_mm_s, self.controller.turn_cdeg_s / 100)
                 steps += 1
+                if self._talk:
+                    self._talk.step(self.vehicle, steps * STEP_S)
                 self.trace.line_errors = firmware.line_errors
                 self.trace.line_bytes = firmware.received_bytes
                 self.trace.way_mm = self.vehicle.way_mm
@@ -201,13 +214,21 @@ class Simulation:
             pose = self.vehicle.pose
             self.trace.visits.append((now_s, marker_id, float(np.hypot(x - pose.x_mm, y - pose.y_mm))))
 
-    def _take_frame(self, firmware, index, now_s):
+    def _expose(self, now_s):
+        """(pose, behaviour, picture, truths) of this moment."""
         field_ = self.field
         pose, motion = self.vehicle.pose, self.vehicle.motion
-        picture, truths = render_view(
-            field_.scene, pose, motion, field_.camera, field_.light(now_s), field_.noise
+        light = field_.light(now_s)
+        return (
+            pose,
+            self.controller.state,
+            *render_view(field_.scene, pose, motion, field_.camera, light, field_.noise),
         )
-        messages = firmware.exchange(picture, index, int(now_s * 1e6))
+
+    def _report_frame(self, firmware, index, now_s, pose, behaviour, picture, truths):
+        """The firmware has done with the frame exposed at now_s."""
+        line = self._talk.until(now_s + LATENCY_S) if self._talk else ()
+        messages = firmware.exchange(picture, index, int(now_s * 1e6), line)
         arrives_s = now_s + LATENCY_S
         for frame_bytes in firmware.last_bytes.split(b"\0")[:-1]:
             arrives_s += (len(frame_bytes) + 1) * 10 / BAUD
@@ -225,7 +246,7 @@ class Simulation:
                 self.trace.faults = record.faults
                 self.trace.fault_codes.update(code for code in (record.last_fault,) if code)
         truths = [truth for truth in truths if truth.id is not None]
-        frame = self._frame(now_s, pose, truths, reported)
+        frame = self._frame(now_s, pose, behaviour, truths, reported)
         told = [record for number, _, record in messages if number == m.MARKER]
         frame.sights["wire"] = judge(
             [(one.id, one.x_mm10 / 10, one.y_mm10 / 10) for one in told if not one.flags & m.MARKER_NONE],
@@ -253,7 +274,7 @@ class Simulation:
         inside = 0 <= x <= camera.width - 1 and 0 <= y <= camera.height - 1
         return inside and truth.visible >= _WHOLE
 
-    def _frame(self, now_s, pose, truths, reported):
+    def _frame(self, now_s, pose, behaviour, truths, reported):
         found = (math.nan,) * 3
         if reported.state != m.LOST:
             found = reported.x_mm10 / 10, reported.y_mm10 / 10, reported.heading_cdeg / 100
@@ -278,7 +299,7 @@ class Simulation:
             math.nan if reported.state == m.LOST else max(reported.sigma_x_mm10, reported.sigma_y_mm10) / 10,
             reported.id,
             reported.route_position,
-            self.controller.state,
+            behaviour,
         )
 
 

@@ -31,13 +31,17 @@ class Drivetrain:
 
 
 class Vehicle:
-    """Moves in steps of STEP_S. `pose`, `motion`: the truth; `way_mm`: driven so far."""
+    """Moves in steps of STEP_S. `pose`, `motion`: the truth; `way_mm`: driven so far.
+
+    After each step, `rolled_mm` and `commanded_mm`: the ways of the left and right wheel by encoders, which
+    see all but the bias, and by what the motors were told, which sees neither that nor the noise."""
 
     def __init__(self, pose: Pose, rng: np.random.Generator, drivetrain: Drivetrain | None = None) -> None:
         self.drivetrain = drivetrain or Drivetrain()
         self.pose = pose
         self.motion = Motion()
         self.way_mm = 0.0
+        self.rolled_mm = self.commanded_mm = np.zeros(2)
         self._rng = rng
         self._bias = rng.normal(0.0, self.drivetrain.bias, 2)
         self._noise = np.zeros(2)
@@ -57,6 +61,7 @@ class Vehicle:
         fresh = self._rng.normal(0.0, train.noise * math.sqrt(1 - keep * keep), 2)
         self._noise = keep * self._noise + fresh
         left, right = self._wheels * (1 + self._bias + self._noise)
+        self.rolled_mm, self.commanded_mm = self._wheels * (1 + self._noise) * STEP_S, self._wheels * STEP_S
         self.motion = Motion((left + right) / 2, 0.0, math.degrees((right - left) / train.track_mm))
         self.pose = self.motion.pose_after(self.pose, STEP_S)
         self.way_mm += abs(left + right) / 2 * STEP_S
