@@ -101,7 +101,7 @@ def missing(target):
 
 def stream_header():
     """C text of the recorded stream."""
-    data = drive_corpus(110, seed=5)
+    data = drive_corpus(90, seed=5)
     rows = [", ".join(map(str, data[k : k + 24])) for k in range(0, len(data), 24)]
     body = ",\n    ".join(rows)
     return "#define STREAM_BYTES %du\nstatic const uint8_t stream[] LARICS_IN_FLASH = {\n    %s};\n" % (

@@ -1,5 +1,6 @@
 /* What the tests of commands and wheels call of the library through ctypes: no structures, only numbers. */
 #include "larics_commands.h"
+#include "larics_map.h"
 #include "larics_wheels.h"
 
 static larics_commands commands;
@@ -101,4 +102,17 @@ size_t parts_odometry(uint32_t now_us, uint8_t frame[LARICS_MAX_FRAME])
 int parts_sequence(void)
 {
     return sequence;
+}
+
+/* rows: ID, x, y of each marker of the map */
+int parts_resolve(const int32_t *rows, int map_count, const uint16_t *ids, int id_count, uint16_t *entries)
+{
+    static larics_map_marker map[64];
+    static uint32_t workspace[64];
+    for (int k = 0; k < map_count; k++) {
+        map[k].id = (uint16_t)rows[3 * k];
+        map[k].x_mm = rows[3 * k + 1];
+        map[k].y_mm = rows[3 * k + 2];
+    }
+    return larics_map_resolve(map, (uint16_t)map_count, ids, (uint16_t)id_count, entries, workspace);
 }

@@ -68,3 +68,16 @@ class Parts:
     def sequence(self):
         """Of the next message that the vehicle sends."""
         return self._c.parts_sequence()
+
+    def resolve(self, rows, ids):
+        """The entries of a route in a map of rows (ID, x, y), or None."""
+        numbers = [number for row in rows for number in row]
+        entries = (ctypes.c_uint16 * max(1, len(ids)))()
+        is_route = self._c.parts_resolve(
+            (ctypes.c_int32 * len(numbers))(*numbers),
+            len(rows),
+            (ctypes.c_uint16 * len(ids))(*ids),
+            len(ids),
+            entries,
+        )
+        return list(entries[: len(ids)]) if is_route else None

@@ -109,6 +109,8 @@ def test_the_examples_on_the_pages_compile(tmp_path):
     lines += ["static larics_message message;", "static larics_drive_limits drive_limits;"]
     lines += ["static uint8_t frame[LARICS_MAX_FRAME], byte;", "static uint16_t sequence, workspace[8];"]
     lines += ["static const uint16_t ids[] = {3, 4, 7, 3};", "static int32_t x, values[8];"]
+    lines += ["static const larics_map_marker map[] = {{3, 0, 0}, {4, 2000, 0}, {7, 2000, 2000}};"]
+    lines += ["static uint16_t entries[4];", "static uint32_t costs[3];"]
     lines += ["static uint32_t now_ms;", "static size_t size;", "int main(void)", "{"]
     lines += [re.search(r"```c\n(.*?)\n```", page, re.DOTALL).group(1) for page in pages().values()]
     lines += ["    (void)x; (void)size; (void)message; (void)byte; (void)frame; (void)drive_limits;"]

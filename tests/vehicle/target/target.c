@@ -5,6 +5,7 @@
 #include "larics_commands.h"
 #include "larics_drive.h"
 #include "larics_flash.h"
+#include "larics_map.h"
 #include "larics_route.h"
 #include "larics_supervisor.h"
 #include "larics_wheels.h"
@@ -54,7 +55,9 @@ static void print_number(const char *name, uint32_t value)
 static void check(void)
 {
     static const uint16_t ids[] = {3, 4, 5, 4, 3};
+    static const larics_map_marker map[] = {{4, -900000, 5}, {3, 0, 0}, {5, 4000, -9}, {4, 2000, 0}, {3, 1, 3000}};
     static uint16_t workspace[10];
+    static uint32_t costs[5];
     larics_limits limits;
     larics_route route;
     uint8_t frame[LARICS_MAX_FRAME];
@@ -66,6 +69,8 @@ static void check(void)
     larics_supervisor_init(&camera, &limits, now, 1234567u);
     larics_drive_init(&drive, NULL);
     larics_wheels_init(&wheels, 99u);
+    add_number(larics_map_resolve(map, 5, ids, 5, workspace, costs));
+    for (uint8_t k = 0; k < 5; k++) add_number(workspace[k]);
     larics_route_init(&route, ids, 5, -1, workspace);
     for (uint32_t k = 0; k < STREAM_BYTES; k++) {
         size_t size;
