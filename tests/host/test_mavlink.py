@@ -189,10 +189,8 @@ def ardupilot_errors(message):
 
 def ardupilot_target(message):
     """The unit vector to the target, forward, right, down, or None when it is dropped."""
-    if message.frame not in (mavlink.MAV_FRAME_BODY_FRD, mavlink.MAV_FRAME_LOCAL_FRD):
-        return None
     if message.position_valid == 1:
-        if message.distance <= 0:
+        if message.frame != mavlink.MAV_FRAME_BODY_FRD or message.distance <= 0:
             return None
         vector = [value / message.distance for value in (message.x, message.y, message.z)]
     else:
@@ -200,6 +198,42 @@ def ardupilot_target(message):
         vector = [value / math.hypot(*vector) for value in vector]
     # AC_PrecLand takes only what lies below
     return vector if vector[2] > 0 else None
+
+
+EVP_NOISE, EVA_NOISE = 0.1, 0.1  # newer defaults of EKF2_EVP_NOISE and EKF2_EVA_NOISE, m and rad
+
+
+def px4_variances(message):
+    """(of x, y, z; of roll, pitch, yaw) that EKF2 takes while EKF2_EV_NOISE_MD is 0."""
+    found = []
+    for places, noise in (((0, 6, 11), EVP_NOISE), ((15, 18, 20), EVA_NOISE)):
+        told = [message.covariance[place] for place in places]
+        known = all(map(math.isfinite, told))
+        found.append([max(noise * noise, value if known else 0.0) for value in told])
+    return found
+
+
+class JitterCorrection:
+    """ArduPilot's time of a message from its `usec` and its arrival, both in us."""
+
+    def __init__(self, max_lag_ms=500, loops=100):
+        self.max_lag_us, self.loops = max_lag_ms * 1000, loops
+        self.offset = self.least = None
+        self.count = 0
+
+    def correct(self, offboard_us, local_us):
+        lag = local_us - offboard_us
+        if self.offset is None or lag < self.offset:
+            self.offset = lag
+        estimate = offboard_us + self.offset
+        if estimate + self.max_lag_us < local_us:
+            estimate = local_us - self.max_lag_us
+            self.offset = estimate - offboard_us
+        self.least = lag if self.count == 0 else min(self.least, lag)
+        self.count += 1
+        if self.count == self.loops:
+            self.offset, self.count = self.least, 0
+        return estimate
 
 
 def px4_target(message):
@@ -230,10 +264,12 @@ def test_both_autopilots_believe_the_covariance():
     (lost,) = sent("none", (m.POSE, pose(1, state=m.TRACKING, id=3, **(NEAR | wide))))
     for position, angle in ardupilot_errors(lost):  # half a metre is told as such
         assert 0.4 < position < 1.0 and 0.2 < angle < 0.7
-    # PX4 takes the diagonal as it is: finite and above 0, or all left to its parameters
-    for index in (0, 6, 11, 15, 18, 20):
+    assert px4_variances(near) == px4_variances(unsure) == [[EVP_NOISE**2] * 3, [EVA_NOISE**2] * 3]
+    position, angle = px4_variances(lost)
+    assert position == pytest.approx([0.25] * 3, rel=0.02)
+    assert angle == pytest.approx([math.radians(20) ** 2] * 3, rel=0.02)
+    for index in (0, 6, 11, 15, 18, 20):  # a variance of 0 would be taken for certainty
         assert 0 < near.covariance[index] < 0.01
-    assert math.isnan(unsure.covariance[0])
 
 
 def test_the_reset_counter_counts_what_was_found_again():
@@ -241,6 +277,55 @@ def test_the_reset_counter_counts_what_was_found_again():
     coast = pose(3, state=m.COASTING, id=3, **NEAR)
     rows = [(m.POSE, values) for values in (track, coast, track, lost, lost, track, lost, coast, track)]
     assert [message.reset_counter for message in sent("none", *rows)] == [0, 0, 1, 2]
+
+
+def test_the_reset_counter_counts_a_pose_that_leaps():
+    """A vehicle that is carried to another place is tracked there after a few frames, without being LOST."""
+
+    def reset_counter(before, after, passed_us, max_speed_mm_s=500):
+        uptime = Uptime()
+        encoder = MavlinkEncoder(uptime, max_speed_mm_s=max_speed_mm_s)
+        data = bytes(encoder.buffer[: encoder.encode(m.POSE, pose(1, state=m.TRACKING, id=3, **before))])
+        uptime.advance(passed_us)
+        encoder.encode(m.POSE, pose(2, state=m.COASTING, id=3, **before))
+        data += bytes(encoder.buffer[: encoder.encode(m.POSE, pose(3, state=m.TRACKING, id=3, **after))])
+        first, last = mavlink.MAVLink(None).parse_buffer(data)
+        assert first.reset_counter == 0
+        return last.reset_counter
+
+    here = {"x_mm10": 1000, "y_mm10": -500, "heading_cdeg": 35900}
+    for change, jumps in (
+        ({"x_mm10": 2900}, 0),
+        ({"x_mm10": 4000}, 1),
+        ({"y_mm10": -3500}, 1),
+        ({"heading_cdeg": 3000}, 0),
+        ({"heading_cdeg": 9000}, 1),
+    ):
+        assert reset_counter(here, here | change, 50_000) == jumps, change
+    assert reset_counter(here, here | {"x_mm10": 21_000}, 2_000_000) == 0  # 1 m/s for two seconds
+    assert reset_counter(here, here | {"x_mm10": 30_000}, 2_000_000) == 1
+    assert reset_counter(here, here | {"x_mm10": 30_000}, 2_000_000, max_speed_mm_s=2000) == 0
+    far = {"x_mm10": -m.COUNT_MAX, "y_mm10": m.COUNT_MAX}
+    assert reset_counter(far, {"x_mm10": m.COUNT_MAX, "y_mm10": m.COUNT_MAX}, 1000) == 1
+
+
+def test_ardupilot_finds_the_time_of_exposure_but_for_the_least_way():
+    """`usec` is the exposure: what jitters on the way is taken out, its least is left for VISO_DELAY_MS."""
+    uptime, lag = Uptime(), JitterCorrection()
+    encoder = MavlinkEncoder(uptime)
+    boot_us, worst = 7_000_000_000, 0
+    for frame in range(400):
+        uptime.advance(16_667)
+        age_us = 15_000 + frame * 7919 % 9000  # from the exposure to sending
+        values = message_values(m.POSE, frame=frame, age_us=age_us, state=m.TRACKING, id=3, **NEAR)
+        (message,) = mavlink.MAVLink(None).parse_buffer(
+            bytes(encoder.buffer[: encoder.encode(m.POSE, values)])
+        )
+        now_us = boot_us + uptime.s * 1_000_000 + uptime.us
+        found_us = lag.correct(message.usec, now_us + 11_000)  # the line
+        if frame > 100:
+            worst = max(worst, abs(found_us - (now_us - age_us) - (15_000 + 11_000)))
+    assert worst < 500  # of 9 ms
 
 
 def test_landing_targets_of_a_camera_that_looks_down():

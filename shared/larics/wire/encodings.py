@@ -14,6 +14,10 @@ def measurement_encoder(settings, uptime):
         from larics.wire.mavlink import MavlinkEncoder
 
         return MavlinkEncoder(
-            uptime, settings.mavlink_system, settings.mavlink_component, settings.mavlink_target
+            uptime,
+            settings.mavlink_system,
+            settings.mavlink_component,
+            settings.mavlink_target,
+            settings.max_speed_mm_s,
         )
     return None

@@ -14,7 +14,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import atan2_turn16, cos_q14, isqrt, sin_q14
+from larics.arith.fixed import atan2_turn16, cos_q14, isqrt, sin_q14, wrap_cdeg
 from larics.arith.float32 import put_float32, put_nan32
 from larics.kernels.crc import x25
 from larics.wire import messages as m
@@ -58,16 +58,20 @@ _TARGET_VISION_FIDUCIAL = const(2)
 _COVARIANCE = const(42)  # place of the upper triangle, row by row
 _RESET_COUNTER = const(126)
 
+_JUMP_MM10 = const(2000)  # a pose that is found again further away than a vehicle can have come has jumped
+_JUMP_CDEG = const(3000)
+_TURN_CDEG_PER_MS = const(36)
+
 
 class MavlinkEncoder:
     """Encodes like larics.wire.codec.Encoder: n = encode(type, values), then send buffer[:n].
 
     n is 0 for what is not sent. `uptime` is the Outbox's, for the time stamps: messages of one frame get the
     same, whenever they are sent. target: "none", or the autopilot that LANDING_TARGET is for, "ardupilot" or
-    "px4".
+    "px4". max_speed_mm_s: of the vehicle; a pose that leaps further counts in the reset counter.
     """
 
-    def __init__(self, uptime, system=1, component=197, target="none"):
+    def __init__(self, uptime, system=1, component=197, target="none", max_speed_mm_s=500):
         self.buffer = bytearray(_HEADER + _LONGEST + 2)
         self.sequence = 0
         self._uptime = uptime
@@ -76,8 +80,12 @@ class MavlinkEncoder:
         self._is_target_sent = target != "none"
         self._is_position_sent = target == "ardupilot"
         self._target_frame = -1
+        self._max_speed_mm_s = max_speed_mm_s
         self._resets = 0  # times that the pose was found again, 0..255
         self._is_lost = False
+        self._is_sent = False  # where, and when, the last pose was sent
+        self._x_mm10 = self._y_mm10 = self._heading_cdeg = 0
+        self._sent_s = self._sent_us = 0
 
     def encode(self, number, values):
         buffer = self.buffer
@@ -93,9 +101,10 @@ class MavlinkEncoder:
             if values[_POSE_STATE] != m.TRACKING:
                 self._is_lost = self._is_lost or values[_POSE_STATE] == m.LOST
                 return 0
-            if self._is_lost:  # the pose may have jumped
+            if self._is_lost or self._has_jumped(values):
                 self._resets = (self._resets + 1) & 0xFF
                 self._is_lost = False
+            self._remember(values)
             self._clear(117)
             self._vision_position(values)
             return self._finish(_VISION_POSITION_ESTIMATE, 117, 158)
@@ -108,6 +117,26 @@ class MavlinkEncoder:
             buffer[_HEADER + 8] = 3  # MAVLink version
             return self._finish(_HEARTBEAT, 9, 50)
         return 0
+
+    def _remember(self, values):
+        self._is_sent = True
+        self._x_mm10, self._y_mm10 = values[_POSE_X_MM10], values[_POSE_Y_MM10]
+        self._heading_cdeg = values[_POSE_HEADING_CDEG]
+        self._sent_s, self._sent_us = self._uptime.s, self._uptime.us
+
+    def _has_jumped(self, values):
+        """Whether the vehicle cannot have come there: it was moved, or the markers before were misread."""
+        if not self._is_sent:
+            return False
+        uptime = self._uptime
+        passed_ms = min(100, uptime.s - self._sent_s) * 1000 + (uptime.us - self._sent_us) // 1000
+        reach_q2 = _JUMP_MM10 + self._max_speed_mm_s * passed_ms // 50 >> 2  # twice the speed
+        if abs((values[_POSE_X_MM10] >> 2) - (self._x_mm10 >> 2)) > reach_q2:  # within 30 bits
+            return True
+        if abs((values[_POSE_Y_MM10] >> 2) - (self._y_mm10 >> 2)) > reach_q2:
+            return True
+        turned_cdeg = abs(wrap_cdeg(values[_POSE_HEADING_CDEG] - self._heading_cdeg))
+        return turned_cdeg > _JUMP_CDEG + _TURN_CDEG_PER_MS * passed_ms
 
     def _clear(self, size):
         for k in range(_HEADER + size):
