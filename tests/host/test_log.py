@@ -120,7 +120,7 @@ def test_existing_files_are_kept(tmp_path, capsys):
         (["--input", "/dev/null", "--seconds", "nan"], "--seconds nan"),
         (["--port", "/dev/null", "--baud", "-1"], "--baud -1"),
         (["--input", "/dev/null", "-o", "/no/such/folder/run"], "cannot write /no/such/folder/run.csv"),
-        ([], "one of the arguments --port --input is required"),
+        ([], "one of the arguments --port --input --convert is required"),
     ],
 )
 def test_bad_input_gets_one_line(arguments, expected, tmp_path, monkeypatch, capsys):

@@ -72,19 +72,41 @@ def test_a_log_without_room_keeps_whole_messages(run_bin, tmp_path, size):
     assert abs(sum(1 for _ in read_pieces(tmp_path / "out.mcap")) - count) <= count
 
 
-def test_an_mcap_without_room_can_be_read_up_to_there(tmp_path):
-    from larics_host.connection.receiver import Receiver
-    from larics_host.logs.mcap_log import McapLog
+def test_a_bag_without_any_room_leaves_nothing(run_bin, tmp_path):
+    code, err = run_with_room(10, "log", "--input", run_bin, "-o", tmp_path / "out", "--bag")
+    assert code == 2 and err.count("\n") == 1 and "cannot write %s" % tmp_path in err
+    assert not (tmp_path / "out").exists()
 
+
+FILL = """
+import random, resource, sys
+from larics.wire import messages as m
+from larics_host.connection.receiver import message_of
+from larics_host.files import CannotWrite
+from larics_host.logs.mcap_log import McapLog
+
+log, draw = McapLog(sys.argv[1], 0), random.Random(1)  # what zstd cannot make small
+resource.setrlimit(resource.RLIMIT_FSIZE, (40000, 60000))
+try:
+    for k in range(2000):
+        log.write(message_of(m.RAW_CHUNK, k, (1, k, draw.randbytes(64)), k / 1000))
+except CannotWrite as error:
+    print(error)
+resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
+log.close()  # there is room again, too late
+"""
+
+
+def test_a_bag_of_which_a_chunk_had_no_room_gets_no_index(tmp_path, capsys):
     path = tmp_path / "run.mcap"
-    log = McapLog(path, 0)
-    for message in Receiver().feed(wire(*[(m.MARKER, marker_values(k)) for k in range(5)]), 0.0):
-        log.write(message)
-    data = path.read_bytes()
-    log._file.append(b"")
-    assert len(data) == log._file.size  # all of them are out
-    log._file.close()
-    assert sum(1 for _ in read_pieces(path)) == 5
+    result = subprocess.run(
+        [sys.executable, "-c", FILL, str(path)], env=ENVIRONMENT, capture_output=True, text=True
+    )
+    assert result.returncode == 0 and "cannot write %s: File too large" % path in result.stdout
+    whole = path.read_bytes()
+    assert 20000 < len(whole) <= 40000 and not whole.endswith(b"\x89MCAP0\r\n")
+    assert 150 < sum(1 for _ in read_pieces(path)) < 600
+    assert "was cut off" in capsys.readouterr().err
 
 
 def test_a_simulation_without_room_keeps_frames_that_have_their_truth(tmp_path):

@@ -10,8 +10,7 @@ import threading
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mcap.exceptions import EndOfFile
-from mcap.reader import NonSeekingReader, make_reader
+from mcap.reader import make_reader
 
 from larics.wire import codec as protocol
 from larics.wire import messages as m
@@ -32,7 +31,7 @@ from tests.host.test_log import (
     write_all,
 )
 from tests.host.test_monitor import firmware
-from tests.host.waiting import PATIENCE_S, Clock, wait_for_lines, wait_until
+from tests.host.waiting import PATIENCE_S, Clock, wait_for_lines
 
 NOISE = b"\x07garbage\x00\x00"
 
@@ -179,48 +178,54 @@ def test_the_log_of_a_real_firmware_comes_again_byte_for_byte(tmp_path):
     assert len(again) > 3000 and again in raw
 
 
-def test_mcap_holds_every_message_with_its_schema(log):
+def test_mcap_holds_every_message_with_its_definition(log):
+    from mcap_ros2.reader import read_ros2_messages
+
     with open(log.with_suffix(".mcap"), "rb") as file:
-        reader = make_reader(file)
-        assert reader.get_summary().statistics.message_count == 20
-        found = list(reader.iter_messages(log_time_order=False))
+        summary = make_reader(file).get_summary()
+    assert {channel.message_encoding for channel in summary.channels.values()} == {"cdr"}
     records = [json.loads(line) for line in log.with_suffix(".jsonl").read_text().splitlines()]
-    assert len(found) == len(records)
-    for (schema, channel, message), record in zip(found, records, strict=True):
-        assert channel.topic == "/larics/" + record["message"].lower() and channel.message_encoding == "json"
-        assert schema.encoding == "jsonschema" and schema.name == "larics." + record["message"]
-        content = json.loads(message.data)
-        properties = json.loads(schema.data)["properties"]
-        assert set(content) == set(properties) and message.sequence == record["sequence"]
-        assert all(record[key] == content[key] for key in content)
-        for key, value in content.items():
-            if properties[key]["type"] == "integer":
-                assert properties[key]["minimum"] <= value <= properties[key]["maximum"]
-        assert message.log_time - message.publish_time == 1000 * content.get("age_us", 0)
+    found = [
+        one for one in read_ros2_messages(str(log.with_suffix(".mcap"))) if "/wire/" in one.channel.topic
+    ]
+    assert len(found) == len(records) == 20
+    for one, record in zip(found, records, strict=True):
+        told = one.ros_msg
+        assert one.channel.topic == "/larics/wire/" + record["message"].lower()
+        assert one.schema.name == "larics_msgs/msg/" + record["message"].title()
+        assert told.sequence == record["sequence"] and told.time_s == record["time_s"]
+        for name in set(record) - {"message", "sequence", "time_s", "time"}:
+            value = getattr(told, name)
+            if record[name] is None:
+                assert value == -1 or value != value
+            elif name == "unique_id":
+                assert bytes(value).hex() == record[name]
+            else:
+                assert value == record[name], name
+        assert one.log_time_ns - one.publish_time_ns == 1000 * record.get("age_us", 0)
+        assert told.stamp.sec * 10**9 + told.stamp.nanosec == one.publish_time_ns
 
 
-def unfinished_frames(path):
-    """The frame numbers in an MCAP file that has no end yet."""
-    frames = []
-    with open(path, "rb") as file, pytest.raises(EndOfFile):
-        for _, _, message in NonSeekingReader(file).iter_messages(log_time_order=False):
-            frames.append(json.loads(message.data)["frame"])
-    return frames
-
-
-def test_nothing_is_lost_when_the_log_is_killed(tmp_path):
+def test_what_a_killed_log_had_not_yet_in_its_bag_is_made_again_of_its_lines(tmp_path, capsys):
     with PtyPair() as cable:
         process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--mcap")
         wait_for_lines(tmp_path / "run.csv", 1)
-        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(30)]))
-        wait_for_lines(tmp_path / "run.csv", 31)
-        wait_until(lambda: len(unfinished_frames(tmp_path / "run.mcap")) == 30)
+        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(100)]))
+        wait_for_lines(tmp_path / "run.csv", 101)
+        wait_for_lines(tmp_path / "run.jsonl", 100)
         process.kill()
         process.communicate(timeout=PATIENCE_S)
-    assert unfinished_frames(tmp_path / "run.mcap") == list(range(30))
-    assert len(list(read_pieces(tmp_path / "run.mcap"))) == 30
+    lines = list(read_pieces(tmp_path / "run.jsonl"))
+    assert len(lines) == 100
+    left = list(read_pieces(tmp_path / "run.mcap"))  # its complete chunks
+    assert 30 < len(left) < 100 and left == lines[: len(left)]
+    assert "was cut off" in capsys.readouterr().err
+    again = str(tmp_path / "again")
+    assert cli.main(["log", "--convert", str(tmp_path / "run.jsonl"), "-o", again, "--mcap"]) == 0
+    assert list(read_pieces(tmp_path / "again.mcap")) == lines
+    assert (tmp_path / "again.jsonl").read_bytes() == (tmp_path / "run.jsonl").read_bytes()
     (tmp_path / "cut.jsonl").write_text((tmp_path / "run.jsonl").read_text()[:-9])
-    assert len(list(read_pieces(tmp_path / "cut.jsonl"))) == 29
+    assert len(list(read_pieces(tmp_path / "cut.jsonl"))) == 99
 
 
 def test_a_port_that_returns(tmp_path):

@@ -6,19 +6,25 @@ import argparse
 import contextlib
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 from larics_host.errors import UserError, report
+from larics_host.ros import options as ros_options
+from larics_host.ros.topics import TREE
 from larics_host.wording import counted
 
 NAME = "log"
-HELP = "record what the camera sends as CSV, JSON lines and MCAP, with a live table"
+HELP = "record what the camera sends as CSV, JSON lines and bags of ROS 2 (MCAP), with a live table"
 EXAMPLE = """
 larics log --port /dev/ttyACM0                   # until Ctrl-C, into larics-<date>.csv and .jsonl
 larics log --port /dev/ttyUSB0 -o run --seconds 60 --raw
 larics log --port /dev/ttyACM0 -o day --mcap --reconnect    # for Foxglove; goes on after unplugging
 larics log --port /dev/ttyACM0 -o - | jq .message
+larics log --port tcp://127.0.0.1:7007 -o run    # of larics camera --tcp 7007
 larics log --input run.bin -o again              # decodes recorded bytes once more
+larics log --convert run.jsonl -o again --bag --map hall.json   # a folder for ros2 bag play
+larics log --convert seen -o again --mcap        # of larics record, with its pictures
 """
 
 _REFRESH_S = 0.1
@@ -26,8 +32,11 @@ _REFRESH_S = 0.1
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--port", metavar="DEVICE", help="serial port, such as /dev/ttyACM0 or COM3")
+    source.add_argument("--port", metavar="DEVICE", help="serial port, as /dev/ttyACM0, or tcp://HOST:PORT")
     source.add_argument("--input", metavar="FILE", help="a file of raw bytes, - for standard input")
+    source.add_argument(
+        "--convert", metavar="LOG", help="a log, or a folder of larics record, written once more"
+    )
     parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
     parser.add_argument(
         "-o",
@@ -37,41 +46,38 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seconds", type=float, metavar="N", help="stop after N seconds")
     parser.add_argument("--raw", action="store_true", help="also keep every byte, in PREFIX.bin")
-    parser.add_argument("--mcap", action="store_true", help="also PREFIX.mcap, which Foxglove opens")
+    parser.add_argument(
+        "--mcap", action="store_true", help="also PREFIX.mcap, for Foxglove and ros2 bag play"
+    )
+    parser.add_argument("--bag", action="store_true", help="also the folder PREFIX, a bag with metadata.yaml")
     parser.add_argument("--reconnect", action="store_true", help="wait for a port that has gone to return")
     parser.add_argument("--force", action="store_true", help="overwrite existing files")
     parser.add_argument("--quiet", action="store_true", help="no live table")
+    ros_options.add_arguments(parser.add_argument_group("of --mcap and --bag"), TREE)
 
 
 def run(args: argparse.Namespace) -> int:
-    from larics_host.connection.byte_sources import (
-        ConnectionLost,
-        FileSource,
-        ReconnectingSource,
-        SerialSource,
-        stop_on_signals,
-    )
+    from larics_host.connection.byte_sources import ConnectionLost, ReconnectingSource, stop_on_signals
     from larics_host.files import CannotWrite
     from larics_host.logs.log_writer import LogWriter, StdoutLog
 
-    if args.seconds is not None and not args.seconds > 0:
-        raise UserError("--seconds %g: give a number above 0" % args.seconds)
-    if not args.baud > 0:
-        raise UserError("--baud %d: give a number above 0" % args.baud)
-    to_stdout = args.output == "-"
-    if to_stdout and (args.raw or args.mcap):
-        raise UserError("-o - writes JSON lines alone: --raw and --mcap need the name of a file")
-    source: Any = SerialSource(args.port, args.baud) if args.port else FileSource(args.input)
-    prefix = args.output or time.strftime("larics-%Y%m%d-%H%M%S")
+    _check(args)
+    ros = ros_options.options_of(args, TREE, background=bool(args.port))
+    pictures: dict[int, Path] = {}
+    if args.convert:
+        source, start_ns, pictures = _converted(args, ros)
+    else:
+        source = _opened(args)
+        # when the bytes of a file came is not known
+        start_ns = time.time_ns() if args.port or args.input == "-" else None
     start_s = time.monotonic()
-    # when the bytes of a file came is not known
-    start_ns = time.time_ns() if args.port or args.input == "-" else None
     recorder: Any = StdoutLog(start_ns)
-    if not to_stdout:
-        recorder = LogWriter(prefix, args.raw, args.force, args.mcap, start_ns)
+    if args.output != "-":
+        prefix = args.output or time.strftime("larics-%Y%m%d-%H%M%S")
+        recorder = LogWriter(prefix, args.raw, args.force, args.mcap, start_ns, args.bag, ros)
     if args.port and args.reconnect:
         source = ReconnectingSource(source)
-    work = _Log(args, source, recorder, start_s)
+    work = _Log(args, source, recorder, start_s, pictures)
     lost: UserError | ConnectionLost | None = None
     try:
         with stop_on_signals(source.live) as stopped, contextlib.suppress(KeyboardInterrupt):
@@ -87,10 +93,50 @@ def run(args: argparse.Namespace) -> int:
     return work.conclude(lost)
 
 
+def _check(args):
+    if args.seconds is not None and not args.seconds > 0:
+        raise UserError("--seconds %g: give a number above 0" % args.seconds)
+    if not args.baud > 0:
+        raise UserError("--baud %d: give a number above 0" % args.baud)
+    if args.output == "-" and (args.raw or args.mcap or args.bag):
+        raise UserError("-o - writes JSON lines alone: --raw, --mcap and --bag need the name of a file")
+    if args.convert and args.raw:
+        raise UserError("--raw keeps bytes as they come from a line; with --convert none do")
+    if args.pictures is not None and not args.port:
+        raise UserError("--pictures asks a camera: it needs --port")
+
+
+def _opened(args):
+    from larics_host.connection.byte_sources import FileSource
+    from larics_host.connection.lines import open_line
+
+    return open_line(args.port, args.baud) if args.port else FileSource(args.input)
+
+
+def _converted(args, ros):
+    """(source, wall clock at its time 0, {number: path of a raw frame}) of a log or a folder of larics
+    record."""
+    from larics_host.commands.record import MESSAGES, SETTINGS
+    from larics_host.connection.camera_settings import read_file
+    from larics_host.images.frame_folder import number_of
+    from larics_host.logs.log_reader import LogSource, start_of
+
+    path, pictures = Path(args.convert), {}
+    if path.is_dir():
+        pictures = {number: file for file in path.iterdir() if (number := number_of(file.name)) is not None}
+        if not ros.settings and (path / SETTINGS).exists():
+            ros.settings = read_file(path / SETTINGS)
+        path = path / (MESSAGES + ".jsonl")
+    start_ns = start_of(path)
+    if start_ns is None and (args.mcap or args.bag):
+        report("%s does not tell the time of day: the bag begins now" % path)
+    return LogSource(path), start_ns, pictures
+
+
 class _Log:
     """What is read, decoded, written and shown."""
 
-    def __init__(self, args, source, recorder, start_s):
+    def __init__(self, args, source, recorder, start_s, pictures):
         from larics_host.connection.line_watch import LineWatch
         from larics_host.connection.receiver import Receiver
 
@@ -101,6 +147,16 @@ class _Log:
         self._receiver = Receiver()
         self._watch = LineWatch()
         self._unique_id = None
+        self._pictures = pictures
+        self._asker = self._make_asker() if args.pictures is not None else None
+
+    def _make_asker(self):
+        from larics_host.connection.asker import Asker
+
+        def on_silence():
+            report("the camera does not answer, so no settings and no pictures: does this TX reach its RX?")
+
+        return Asker(self._source.write, ros_options.asked_settings(True), self._args.pictures, on_silence)
 
     def run(self, stopped):
         from larics_host.logs.live_table import LiveTable
@@ -114,10 +170,13 @@ class _Log:
                 now_s = time.monotonic()
                 self._recorder.write_bytes(data or b"")
                 self._watch.feed(data or b"")
-                for message in self._receiver.feed(data or b"", now_s - start_s):
+                if self._asker is not None:
+                    self._asker.step(now_s)
+                time_s = self._source.time_s if self._args.convert else now_s - start_s
+                for message in self._receiver.feed(data or b"", time_s):
                     self._recorder.write(message)
                     view.add(message)
-                    self._note_camera(message)
+                    self._note(message)
                 over = self._args.seconds is not None and now_s - start_s > self._args.seconds
                 if data is None or over or stopped():
                     show(view.render(self._receiver.counters))
@@ -126,10 +185,24 @@ class _Log:
                     show(view.render(self._receiver.counters))
                     shown_s = now_s
 
+    def _note(self, message):
+        if self._asker is not None:
+            self._asker.note(message)
+        fields = message.fields
+        if message.name == "MARKER" and fields.frame in self._pictures and fields.index + 1 >= fields.count:
+            self._add_picture(fields.frame)
+        if message.name == "INFO":
+            self._note_camera(message)
+
+    def _add_picture(self, number):
+        from larics_host.files import read_bytes
+        from larics_host.images.stills import decode_still
+
+        path = self._pictures.pop(number)
+        self._recorder.picture(number, decode_still(read_bytes(path), str(path)))
+
     def _note_camera(self, message):
         """A port that came back may have another camera behind it."""
-        if message.name != "INFO":
-            return
         unique_id = message.fields.unique_id
         if self._unique_id not in (None, unique_id):
             report("another camera is on the line: unique ID %s, before %s" % (unique_id, self._unique_id))
@@ -147,6 +220,8 @@ class _Log:
         summary = "%s received, %d lost, %d damaged%s" % (*counts, kept)
         if lost:
             raise UserError("%s; %s" % (lost, summary))
+        if self._pictures and (self._args.mcap or self._args.bag):
+            report("%s of which the log says nothing left out" % counted(len(self._pictures), "picture"))
         if not received:
             what = self._watch.explain(counters, self._args.baud if self._source.live else None)
             raw = "" if not self._recorder.files else "; the bytes are in " + kept.split()[-1]

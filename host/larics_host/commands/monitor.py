@@ -22,7 +22,7 @@ _DEFAULT_WEB_PORT = 8731
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--port", metavar="DEVICE", help="serial port of the camera")
+    source.add_argument("--port", metavar="DEVICE", help="serial port of the camera, or tcp://HOST:PORT")
     source.add_argument("--input", metavar="FILE", help="a log: .jsonl, .bin or .mcap")
     parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
     parser.add_argument("--speed", metavar="X", type=float, default=1.0, help="of a log; 0: at once")
@@ -39,7 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from larics_host.connection.byte_sources import SerialSource, stop_on_signals
+    from larics_host.connection.byte_sources import stop_on_signals
+    from larics_host.connection.lines import open_line
     from larics_host.logs.log_reader import LogSource, read_pieces
     from larics_host.monitor.session import Session
     from larics_host.monitor.state import MonitorState
@@ -48,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     rows = _map_rows(args.map) if args.map else ()
     if args.input:
         next(read_pieces(args.input))  # what cannot be read is told before anything is shown
-    source = LogSource(args.input, args.speed) if args.input else SerialSource(args.port, args.baud)
+    source = LogSource(args.input, args.speed) if args.input else open_line(args.port, args.baud)
     session = Session(source, MonitorState(source.name, rows))
     server = None
     if args.web is not None:

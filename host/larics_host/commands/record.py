@@ -22,7 +22,7 @@ SETTINGS = "settings.json"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument("--port", metavar="DEVICE", help="serial port of the camera")
+    source.add_argument("--port", metavar="DEVICE", help="serial port of the camera, or tcp://HOST:PORT")
     source.add_argument("--input", metavar="STREAM.bin", help="an OpenMV ImageIO stream, or a video")
     parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
     parser.add_argument("--frames", metavar="N", type=int, help="how many (a port: 10; a stream: all)")

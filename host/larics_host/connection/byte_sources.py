@@ -7,7 +7,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import serial
 
@@ -60,67 +60,101 @@ class SerialSource:
         """Waits until everything that was written is out."""
         self._port.flush()
 
+    def again(self) -> SerialSource | None:
+        """The same device, opened once more under the name that it has by now; None while it is not there.
+        UserError when it is and cannot be opened."""
+        name = find_again(self.name, self.identity)
+        if name is None:
+            return None
+        source = SerialSource(name, *self.settings[1:])
+        source.identity = self.identity
+        return source
+
+    def known_as(self) -> str:
+        """What tells the device from others; empty when nothing does."""
+        return self.identity.text()
+
+    def title(self) -> str:
+        """The line in a sentence."""
+        return "the port %s" % self.name
+
     def close(self) -> None:
         self._port.close()
 
 
 class ReconnectingSource:
-    """A SerialSource that survives unplugging: `read` returns b"" while the port is gone, and goes on when
-    the same device is back, whatever its port is called then. `on_change(text)` is told of both."""
+    """A SerialSource or TcpSource that survives unplugging: `read` returns b"" while the line is gone, and
+    goes on when the same device is back, whatever its port is called then; what is written meanwhile is
+    dropped. `on_change(text)` is told of both."""
 
     live = True
 
     def __init__(
         self,
-        source: SerialSource,
+        source: Any,
         on_change: Callable[[str], object] = report,
     ) -> None:
         self.name = source.name
-        self._source: SerialSource | None = source
-        self._settings = source.settings
-        self._identity = source.identity
+        self.baud = source.baud
+        self._source = source
+        self._gone = False
         self._on_change = on_change
         self._refusals = 0
 
     def read(self) -> bytes:
-        """What has arrived, b"" also while the port is gone."""
-        if self._source is None:
+        """What has arrived, b"" also while the line is gone."""
+        if self._gone:
             time.sleep(_RETRY_S)
             self._open_again()
-        if self._source is None:
+        if self._gone:
             return b""
         try:
             return self._source.read()
         except ConnectionLost as error:
-            self._source.close()
-            self._source = None
-            known = self._identity.text()
-            what = " (%s, under any name)" % known if known else ""
-            self._on_change("%s; waiting for it%s" % (error, what))
+            self._lose(error)
             return b""
 
+    def write(self, data: bytes) -> None:
+        """Sends bytes, if there is somebody."""
+        if not self._gone:
+            try:
+                self._source.write(data)
+            except ConnectionLost as error:
+                self._lose(error)
+
+    def flush(self) -> None:
+        """Waits until everything that was written is out."""
+        if not self._gone:
+            self._source.flush()
+
+    def _lose(self, error):
+        self._source.close()
+        self._gone = True
+        known = self._source.known_as()
+        what = " (%s, under any name)" % known if known else ""
+        self._on_change("%s; waiting for it%s" % (error, what))
+
     def _open_again(self):
-        name = find_again(self.name, self._identity)
-        if name is None:
-            return
         try:
-            self._source = SerialSource(name, *self._settings[1:])
+            again = self._source.again()
         except UserError as error:
             # such as a port that somebody else has taken; a new one may lack its rights for a moment
             self._refusals += 1
             if self._refusals == _PATIENCE:
                 self._on_change("%s; still waiting" % error)
             return
+        if again is None:
+            return
         self._refusals = 0
-        before, self.name = self.name, name
-        known = self._identity.text()
-        again = "the port %s is back" % name
-        if name != before:
-            again = "the device with the %s is back as %s" % (known, name)
-        self._on_change(again)
+        before, known = self.name, self._source.known_as()
+        self._source, self._gone, self.name = again, False, again.name
+        text = "%s is back" % again.title()
+        if again.name != before:
+            text = "the device with the %s is back as %s" % (known, again.name)
+        self._on_change(text)
 
     def close(self) -> None:
-        if self._source is not None:
+        if not self._gone:
             self._source.close()
 
 

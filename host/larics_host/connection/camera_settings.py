@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
 from larics_host import files
-from larics_host.connection.byte_sources import ConnectionLost, SerialSource
+from larics_host.connection.byte_sources import ConnectionLost
 from larics_host.connection.client import Client
+from larics_host.connection.lines import open_line
 from larics_host.errors import UserError
 from larics_host.progress import watched
 
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 def connected(
     port: str, baud: int = 115200, on_message: Callable[[int, int, Sequence[Any]], object] | None = None
 ) -> Iterator[Client]:
-    """A Client of the camera at a serial port. A port that vanishes becomes a UserError."""
-    source = SerialSource(port, baud, timeout_s=0.02)
+    """A Client of the camera at a serial port or address. One that vanishes becomes a UserError."""
+    source = open_line(port, baud, timeout_s=0.02)
     try:
         yield Client(source, on_message)
     except ConnectionLost as error:
@@ -35,7 +36,9 @@ def connected(
 
 
 def add_port_arguments(parser: Any, required: bool = True) -> None:
-    parser.add_argument("--port", metavar="DEVICE", required=required, help="serial port of the camera")
+    parser.add_argument(
+        "--port", metavar="DEVICE", required=required, help="serial port of the camera, or tcp://HOST:PORT"
+    )
     parser.add_argument("--baud", type=int, default=115200, help="speed of the port (default 115200)")
 
 

@@ -21,9 +21,15 @@ _ENOUGH = 2  # sentences or frames of another language, less is chance
 _NMEA = re.compile(rb"\$([A-Z]{2}[A-Z0-9]{1,6})((?:,[^$*\r\n]{0,80})*)\*([0-9A-Fa-f]{2})")
 _MARK = (b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf")
 _FILES = (  # how files begin that are no bytes of a line
-    (b"{", "JSON lines: larics replay and larics monitor --input take them"),
-    (b"time_s,", "a table of larics log: larics replay and larics monitor --input take it"),
-    (b"\x89MCAP", "an MCAP file: larics replay and larics monitor --input take it"),
+    (b"{", "JSON lines: larics replay and larics monitor --input take them, larics log --convert, too"),
+    (
+        b"time_s,",
+        "a table of larics log: larics replay and larics monitor --input take it, larics log --convert, too",
+    ),
+    (
+        b"\x89MCAP",
+        "an MCAP file: larics replay and larics monitor --input take it, larics log --convert, too",
+    ),
     (b"OMV IMG STR", "an ImageIO stream: larics record --input takes it"),
     (b"P5", "an image: larics detect takes it"),
     (b"\x89PNG", "an image: larics detect takes it"),
@@ -60,6 +66,8 @@ class LineWatch:
         if not self.total:
             if baud is None:
                 return "it is empty"
+            if not baud:
+                return "not a byte: is it the address of larics camera, and does its camera deliver?"
             return "not a byte: check the power, the wiring (its TX to this RX) and the name of the port"
         sample = bytes(self._first + self._last)
         return "%s: %s" % (counted(self.total, "byte"), self._kind(sample, counters, baud))
@@ -94,6 +102,8 @@ class LineWatch:
             return "frames like the camera's, but no checksum is right: check ground, cable and its length"
         if baud is None:
             return "noise, no message among it; it takes the bytes of larics log --raw"
+        if not baud:
+            return "noise, no message among it: is it the address of larics camera?"
         return "noise: most likely the wrong baud rate (%d here, the camera has its setting baud)" % baud
 
 

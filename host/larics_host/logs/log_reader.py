@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 import time
 from collections.abc import Generator, Iterator
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +18,9 @@ from larics_host import files
 from larics_host.connection.receiver import Receiver, wire_bytes
 from larics_host.errors import UserError, report
 from larics_host.logs.log_writer import MARKER_COLUMNS
+from larics_host.ros.cdr import decode
+from larics_host.ros.definitions import parse_definition
+from larics_host.ros.wire_types import from_ros, name_of, type_of
 from larics_host.tables import layout_of
 from larics_host.wording import counted
 
@@ -115,6 +119,26 @@ def read_pieces(path: StrPath) -> Generator[Piece]:
         raise UserError("%s %s" % (path, "holds no message" if path.stat().st_size else "is empty"))
 
 
+def start_of(path: StrPath) -> int | None:
+    """The wall clock, ns since 1970, at time_s 0 of a log; None when it does not tell. UserError when it
+    cannot be read."""
+    path = Path(path)
+    kind = _kind(path)
+    try:
+        if kind == ".mcap":
+            return next(_mcap_starts(path), None)
+        beside = path if kind == ".jsonl" else path.with_suffix(".jsonl")
+        if beside != path and not beside.exists():
+            return None
+        record = next((one for one in read_objects(beside) if one.get("time")), None)
+        if record is None:
+            return None
+        passed = datetime.fromisoformat(record["time"]) - datetime.fromtimestamp(0, UTC)
+    except (ValueError, TypeError, OverflowError):
+        return None
+    return 1000 * (passed // timedelta(microseconds=1) - round(record["time_s"] * 1e6))
+
+
 def _kind(path):
     """The extension that fits a log: its own, or by its beginning where that is none of ours."""
     own = path.suffix.lower()
@@ -161,29 +185,74 @@ def _records_of_csv(path):
     damage.tell()
 
 
+def _mcap_starts(path):
+    """The wall clock at time_s 0 by each message in an .mcap."""
+    for record, log_ns in _stamped_records_of_mcap(path):
+        yield log_ns - round(record["time_s"] * 1e9)
+
+
 def _records_of_mcap(path):
     """The objects in an .mcap; of one that is damaged, those before the damage."""
+    for record, _ in _stamped_records_of_mcap(path):
+        yield record
+
+
+def _stamped_records_of_mcap(path):
+    """(object, wall clock of its reception in ns) of the messages in an .mcap."""
     try:
         from mcap.exceptions import EndOfFile, McapError
         from mcap.reader import NonSeekingReader
+        from zstandard import ZstdError
     except ImportError:
         raise UserError("an .mcap needs the Python package mcap: pip install mcap") from None
+    damage = (McapError, ZstdError, ValueError, LookupError, AttributeError, TypeError, struct.error)
     count = 0
     try:
         with open(path, "rb") as file:
-            for schema, _, message in NonSeekingReader(file).iter_messages(log_time_order=False):
-                fields = files.parse_json(message.data.decode())
-                yield {**fields, "message": schema.name.split(".")[-1], "sequence": message.sequence}
-                count += 1
+            records, reader = _McapRecords(), NonSeekingReader(file, validate_crcs=True)
+            for schema, channel, message in reader.iter_messages(log_time_order=False):
+                record = records.of(schema, channel, message)
+                if record is not None:
+                    yield record, message.log_time
+                    count += 1
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
     except EndOfFile:
         if count:
             report("%s was cut off: it has no end; %s read" % (path, counted(count, "message")))
-    except (McapError, ValueError, AttributeError, TypeError, struct.error, MemoryError):
+    except (*damage, MemoryError):
         if not count:
             raise UserError("%s %s" % (path, _NONE)) from None
         report("%s is damaged: read up to message %d, where it ceases to be a log" % (path, count))
+
+
+class _McapRecords:
+    """Objects of the messages in an .mcap: of `larics_msgs` in CDR, or JSON as earlier versions wrote it.
+    Other topics tell the same in other words."""
+
+    def __init__(self):
+        self._types = {}  # ID of a schema: (name of the message, type, what it is made of); None for others
+
+    def of(self, schema, channel, message):
+        """The object of a message, None for other topics."""
+        if channel.message_encoding == "json":
+            fields = files.parse_json(message.data.decode())
+            return {**fields, "message": schema.name.split(".")[-1], "sequence": message.sequence}
+        if schema.id not in self._types:
+            self._types[schema.id] = self._type(schema)
+        known = self._types[schema.id]
+        if known is None:
+            return None
+        name, kind, structs = known
+        return from_ros(name, decode(kind, message.data, structs))
+
+    @staticmethod
+    def _type(schema):
+        name = name_of(schema.name)
+        if name is None:
+            return None
+        kind = type_of(name)
+        return name, kind, parse_definition(kind, schema.data.decode())
 
 
 def _pieces_of_records(path, records):

@@ -14,10 +14,14 @@ from typing import TYPE_CHECKING, Any
 from larics_host.connection.records import Marker, as_json
 from larics_host.errors import UserError
 from larics_host.files import CannotWrite, GrowingFile
-from larics_host.logs.mcap_log import McapLog, writer_class
+from larics_host.ros.bag import require_mcap
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from larics_host.connection.receiver import Message
+    from larics_host.logs.mcap_log import McapLog
+    from larics_host.ros.options import Options
 
 
 MARKER_COLUMNS = Marker._fields
@@ -25,13 +29,15 @@ MARKER_COLUMNS = Marker._fields
 
 class LogWriter:
     """PREFIX.csv: one row for each MARKER message; PREFIX.jsonl: one object for each message of any type;
-    with raw=True PREFIX.bin: every byte as it came; with mcap=True PREFIX.mcap, see mcap_log. `time_s` counts
-    from the start of the log; in the JSON lines `time` is the same as date and time of day (UTC, ISO 8601).
-    What is not known, an uncertain ID for one, is null, in the CSV nothing.
+    with raw=True PREFIX.bin: every byte as it came; with mcap=True PREFIX.mcap, with bag=True the folder
+    PREFIX, see mcap_log (`ros`: its options). `time_s` counts from the start of the log; in the JSON lines
+    `time` is the same as date and time of day (UTC, ISO 8601). What is not known, an uncertain ID for one, is
+    null, in the CSV nothing.
 
     start_ns: wall clock at time_s 0, None when that is not known, as of bytes recorded earlier.
 
     Each message is out of the program at once: ending it by force loses nothing that was received before.
+    Only bags lose their last chunk, and their index; `larics log --convert PREFIX.jsonl` makes them again.
     What holds nothing in the end is removed; `files` are those that stay.
     """
 
@@ -42,29 +48,33 @@ class LogWriter:
         force: bool = False,
         mcap: bool = False,
         start_ns: int | None = None,
+        bag: bool = False,
+        ros: Options | None = None,
     ) -> None:
         names = [prefix + ".csv", prefix + ".jsonl"] + ([prefix + ".bin"] if raw else [])
-        names += [prefix + ".mcap"] if mcap else []
+        bags = ([prefix + ".mcap"] if mcap else []) + ([prefix] if bag else [])
+        names += bags
         for name in names:
             if os.path.exists(name) and not force:
                 raise UserError("%s exists: choose another -o, or --force to overwrite it" % name)
-        if mcap:
-            writer_class()  # before there are files
+        if bags:
+            require_mcap()  # before there are files
         self.files = names
         self.messages = 0
         self._start_ns = start_ns
         self._raw: GrowingFile | None = None
-        self._mcap: McapLog | None = None
+        self._bags: list[McapLog] = []
         self._open: list[Any] = []
         try:
             self._csv = self._opened(GrowingFile(names[0]))
             self._jsonl = self._opened(GrowingFile(names[1]))
             if raw:
                 self._raw = self._opened(GrowingFile(names[2]))
-            if mcap:
-                self._mcap = self._opened(
-                    McapLog(names[-1], time.time_ns() if start_ns is None else start_ns)
-                )
+            for name in bags:
+                from larics_host.logs.mcap_log import McapLog
+
+                now_ns = time.time_ns() if start_ns is None else start_ns
+                self._bags.append(self._opened(McapLog(name, now_ns, ros, folder=name == prefix)))
             self._csv.append(_csv_line(["time_s", "sequence", *MARKER_COLUMNS]))
         except CannotWrite:
             for file in self._open:
@@ -87,9 +97,14 @@ class LogWriter:
             fields = as_json(message.fields)
             values = [fields[column] for column in MARKER_COLUMNS]
             self._csv.append(_csv_line(["%.6f" % message.time_s, message.sequence, *values]))
-        if self._mcap is not None:
-            self._mcap.write(message)
+        for bag in self._bags:
+            bag.write(message)
         self.messages += 1
+
+    def picture(self, number: int, frame: np.ndarray) -> None:
+        """Adds a raw frame ((height, width) uint8) of which a message was written, to bags."""
+        for bag in self._bags:
+            bag.picture(number, frame)
 
     def close(self) -> None:
         """Ends the files. CannotWrite when an .mcap has no room for its end; what is in it can be read."""

@@ -1,98 +1,55 @@
-"""Messages as MCAP, the recording format that Foxglove opens: JSON with a JSON schema for each type."""
+"""Messages as a bag of ROS 2, which Foxglove opens and `ros2 bag play` plays: topics of a robot, and beside
+them every message of the camera as it is."""
 
 from __future__ import annotations
 
-import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from larics.wire import codec as protocol
-from larics.wire import messages
-from larics_host import wire_names as codes
-from larics_host.connection.records import as_json
-from larics_host.errors import UserError
-from larics_host.files import CannotWrite, GrowingFile
+from larics_host.ros.bag import Bag
+from larics_host.ros.view import View
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from larics_host.annotations import StrPath
     from larics_host.connection.receiver import Message
-
-
-_NS = 1_000_000_000
-
-
-def schema(number: int) -> dict[str, Any]:
-    """The JSON schema of a message type, with range, unit and meaning of each field."""
-    properties: dict[str, dict[str, Any]] = {
-        "time_s": {"type": "number", "description": "when it was received, seconds since the log began"}
-    }
-    for name, code, unit, low, high, meaning in protocol.fields(number):
-        if code.endswith("s"):
-            properties[name] = {"type": "string", "description": meaning}
-            continue
-        text = "%s [%s]" % (meaning, unit) if unit else meaning
-        may_be_unknown = name in codes.UNKNOWN or name in codes.UNKNOWN_BY_FLAG[messages.MARKER_NONE]
-        kind = ["integer", "null"] if may_be_unknown else "integer"
-        properties[name] = {"type": kind, "minimum": low, "maximum": high, "description": text}
-    return {"title": "larics." + protocol.name(number), "type": "object", "properties": properties}
-
-
-def writer_class() -> Any:
-    """mcap's Writer; UserError when the package is not installed."""
-    try:
-        from mcap.writer import Writer
-    except ImportError:
-        raise UserError("--mcap needs the Python package mcap: pip install mcap") from None
-    return Writer
+    from larics_host.ros.options import Options
 
 
 class McapLog:
-    """An MCAP file of messages, each on the channel /larics/<type in lower case>.
+    """PATH.mcap, or with folder=True a folder as rosbag2 makes it; see ros.bag and ros.view.
 
-    It is written without chunks and flushed after each message, so that ending the program by force
-    loses nothing. start_ns: wall clock of the messages' time_s 0.
+    start_ns: wall clock of the messages' time_s 0.
     """
 
-    def __init__(self, path: StrPath, start_ns: int) -> None:
-        from larics import __version__
-
-        writer = writer_class()
-        self._file = GrowingFile(path)
+    def __init__(
+        self, path: StrPath, start_ns: int, options: Options | None = None, folder: bool = False
+    ) -> None:
+        self._bag = Bag(path, folder)
+        self._view = View(options)
         self._start_ns = start_ns
-        self._channels: dict[str, int] = {}
-        self._numbers = {name: number for name, number, _, _ in protocol.MESSAGES}
-        self._writer = writer(self._file, use_chunking=False)
-        self._writer.start(profile="", library="larics " + __version__)
-        try:
-            self._file.flush()
-        except CannotWrite:
-            self._file.discard()
-            raise
+        self._last_ns = start_ns
 
     def write(self, message: Message) -> None:
-        """Adds a receiver.Message; its publish time is that of the frame where it has an age."""
-        channel = self._channels.get(message.name) or self._channel(message.name)
-        received_ns = self._start_ns + round(message.time_s * _NS)
-        data = json.dumps({"time_s": round(message.time_s, 6), **as_json(message.fields)}).encode()
-        measured_ns = received_ns - 1000 * getattr(message.fields, "age_us", 0)
-        self._writer.add_message(channel, received_ns, data, max(0, measured_ns), message.sequence)
-        self._file.flush()
+        """Adds a receiver.Message and what follows from it."""
+        received_ns = self._start_ns + 1000 * round(message.time_s * 1e6)  # as the JSON lines have it
+        self._last_ns = max(self._last_ns, received_ns)
+        for output in self._view.messages(message, received_ns):
+            self._bag.write(output, self._last_ns, message.sequence)
 
-    def _channel(self, name):
-        text = json.dumps(schema(self._numbers[name])).encode()
-        schema_id = self._writer.register_schema("larics." + name, "jsonschema", text)
-        channel = self._writer.register_channel("/larics/" + name.lower(), "json", schema_id)
-        self._channels[name] = channel
-        return channel
+    def picture(self, number: int, frame: np.ndarray) -> None:
+        """Adds a raw frame ((height, width) uint8) of which a message was written, by its number."""
+        for output in self._view.picture(number, frame):
+            self._bag.write(output, self._last_ns)
 
     def close(self) -> None:
-        if self._file.closed:
-            return
+        """Ends the file. CannotWrite when there is no room for its end."""
         try:
-            self._writer.finish()
-            self._file.flush()
+            for output in self._view.finish():
+                self._bag.write(output, self._last_ns)
         finally:
-            self._file.close()
+            self._bag.close()
 
     def discard(self) -> None:
         """Removes the file."""
-        self._file.discard()
+        self._bag.discard()
