@@ -106,7 +106,8 @@ def map_array(
     and says so."""
     layer = _Layer(stamp_ns, frame, "map")
     places: dict[int, dict[str, float]] = {}
-    for index, (marker_id, x_mm, y_mm, heading_cdeg, height_mm10, outer_mm10) in enumerate(rows):
+    for index, row in enumerate(rows):
+        marker_id, x_mm, y_mm, heading_cdeg, height_mm10, outer_mm10 = row[:6]
         height = height_mm10 or settings.get("ceiling_mm10", 0)
         outer = outer_mm10 or settings.get("outer_mm10", LARICS3.outer_mm10)
         place = x_mm / 1e3, y_mm / 1e3, height / 1e4
