@@ -4,8 +4,10 @@ import struct
 
 from larics.arith.float32 import put_float32, put_nan32
 from larics.device.outbox import Uptime
+from larics.settings import Settings
 from larics.wire import codec as p
 from larics.wire import messages as m
+from larics.wire.encodings import measurement_encoder
 from larics.wire.mavlink import MavlinkEncoder
 from larics.wire.nmea import LONGEST, NmeaEncoder
 from wire_values import at, changed, message_values
@@ -141,6 +143,15 @@ def test_mavlink_leaves_out_what_it_cannot_say():
     size = encoder.encode(m.MARKER, MARKER)
     assert size == 72 and encoder.buffer[0] == 0xFD and encoder.sequence == 1
     assert encoder.encode(m.MARKER, MARKER) == 0  # one target a frame
+
+
+def test_the_settings_reach_the_encoder():
+    chosen = {"output": "mavlink", "mavlink_target": "px4", "max_speed_mm_s": 1234, "mavlink_system": 9}
+    encoder = measurement_encoder(Settings(chosen), Uptime())
+    encoder.encode(m.MARKER, MARKER)
+    assert encoder._max_speed_mm_s == 1234 and encoder.buffer[5] == 9 and encoder.sequence == 1
+    assert isinstance(measurement_encoder(Settings({"output": "nmea"}), Uptime()), NmeaEncoder)
+    assert measurement_encoder(Settings({}), Uptime()) is None
 
 
 def test_nothing_is_allocated():

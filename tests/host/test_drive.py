@@ -258,6 +258,25 @@ def test_a_short_drive(tmp_path):
         assert picture.shape[1] > 500 and picture.std() > 10
 
 
+def test_the_firmware_proves_itself_to_the_vehicle_before_it_moves(monkeypatch):
+    """The C supervision's challenges go to the real firmware over the vehicle's line, which answers them."""
+
+    def driven(seconds):
+        place = field.draw_field("steady", 1101)
+        place.condition = replace(place.condition, seconds=seconds)
+        simulation = Simulation(place, 1101, encoders=encoders.Encoders())
+        return simulation, simulation.run()
+
+    simulation, trace = driven(3.0)
+    assert (
+        set(trace.halts) <= {"waiting", "unproven", "stalled"} and sum(trace.halts.values()) < 25
+    )  # of 20 ms
+    assert trace.way_mm > 100 and simulation.controller.camera_state in ("good", "no marker")
+    monkeypatch.setattr(c_controller.CController, "ask", lambda *_: b"")  # nobody asks, so nobody proves
+    _, trace = driven(1.2)
+    assert trace.way_mm < 1 and sum(trace.halts.values()) == 60
+
+
 @pytest.mark.parametrize(
     "arguments, words",
     [

@@ -106,12 +106,16 @@ def wheel_limits(condition: Condition) -> dict[str, int]:
     }
 
 
-def wheel_controller(condition: Condition, kind: str = "c") -> Approach | CController:
-    """What drives in a condition: "c", the C library with its supervision, or "python", the reference."""
+def wheel_controller(condition: Condition, kind: str = "c", is_heard: bool = False) -> Approach | CController:
+    """What drives in a condition: "c", the C library with its supervision, or "python", the reference.
+
+    is_heard: there is a line to the camera, so that it is challenged each second."""
     if kind == "python":
         return Approach(**wheel_limits(condition))
-    period_ms = int(1000 / condition.rate_hz)
-    supervision = {"baud": BAUD, "buffer_bytes": 512, "silent_ms": 3000, "stalled_ms": 3 * period_ms + 200}
+    patience_ms = 3 * int(1000 / condition.rate_hz) + 200
+    supervision = {"baud": BAUD, "buffer_bytes": 512, "silent_ms": 3000, "stalled_ms": patience_ms}
+    if is_heard:
+        supervision |= {"challenge_ms": 1000, "answer_ms": patience_ms, "seed": 1}
     return CController(wheel_limits(condition), supervision)
 
 
@@ -139,7 +143,7 @@ class Simulation:
         self.field, self.keep = field_, keep
         self.trace = Trace(field_)
         self.vehicle = Vehicle(field_.start, generator("wheels-" + field_.name, seed))
-        self.controller = wheel_controller(field_.condition, controller)
+        self.controller = wheel_controller(field_.condition, controller, encoders is not None)
         size = (field_.camera.width, field_.camera.height)
         self._methods = {name: CameraView(dict(field_.settings, method=name), *size) for name in compare}
         self._firmware = (dict(field_.settings, method=driver), interpreter)
@@ -198,6 +202,8 @@ class Simulation:
                 data += self._line.pop(0)[1]
             now_ms = round(now_s * 1000)
             self.controller.receive(data, now_ms)
+            if self._talk:
+                self._talk.send(self.controller.ask(now_ms), now_s)
             state = self.controller.step(elapsed_ms, now_ms)
             if state == HALT:
                 self.trace.halts[self.controller.camera_state] += 1
