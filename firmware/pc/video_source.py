@@ -136,7 +136,7 @@ class VideoSource:
         return self._opened(wanted, cv2.CAP_PROP_CONVERT_RGB, 0)
 
     def _opened(self, wanted, name, value):
-        capture = cv2.VideoCapture(self._name, cv2.CAP_FFMPEG, [*wanted, name, value])
+        capture = cv2.VideoCapture(self._name, cv2.CAP_FFMPEG, wanted + [name, value])
         if not capture.isOpened():
             raise CameraError("%s cannot be opened: no video that can be read" % self._name)
         return capture
