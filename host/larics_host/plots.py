@@ -6,7 +6,7 @@ import io
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from larics_host.errors import UserError
+from larics_host.errors import missing_package
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +20,7 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise UserError("plots need the Python package matplotlib: pip install matplotlib") from None
+        raise missing_package("a plot", "matplotlib") from None
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 

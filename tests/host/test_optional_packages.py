@@ -1,10 +1,13 @@
 """Without an optional package, the one command that needs it says so in one line."""
 
 import sys
+import tomllib
 
 import pytest
 
 from larics_host import cli
+from larics_host.errors import EXTRAS
+from tests.host.test_dual import ROOT
 from tests.host.test_log import marker_values, wire
 
 
@@ -28,7 +31,12 @@ def test_a_missing_package_is_named(package, argv, tmp_path, monkeypatch, capsys
     assert cli.main(argv) == 2
     error = capsys.readouterr().err
     assert error.startswith("larics: ") and error.count("\n") == 1
-    assert "needs the Python package %s: pip install %s" % (package, package) in error.replace(
-        "need ", "needs "
-    )
+    assert "needs the Python package %s: pip install larics[%s]" % (package, EXTRAS[package]) in error
     assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_the_extras_that_are_named_install_what_is_missing():
+    with open(ROOT / "pyproject.toml", "rb") as file:
+        extras = tomllib.load(file)["project"]["optional-dependencies"]
+    for package, extra in EXTRAS.items():
+        assert package.replace("_", "-") in extras[extra] and extra in extras["all"][0]

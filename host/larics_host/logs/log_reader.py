@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from larics.wire.codec import Encoder
 from larics_host import files
 from larics_host.connection.receiver import Receiver, wire_bytes
-from larics_host.errors import UserError, report
+from larics_host.errors import UserError, missing_package, report
 from larics_host.logs.log_writer import MARKER_COLUMNS
 from larics_host.ros.cdr import decode
 from larics_host.ros.definitions import parse_definition
@@ -204,7 +204,7 @@ def _stamped_records_of_mcap(path):
         from mcap.reader import NonSeekingReader
         from zstandard import ZstdError
     except ImportError:
-        raise UserError("an .mcap needs the Python package mcap: pip install mcap") from None
+        raise missing_package("an .mcap", "mcap") from None
     damage = (McapError, ZstdError, ValueError, LookupError, AttributeError, TypeError, struct.error)
     count = 0
     try:

@@ -2,31 +2,17 @@
 
 from __future__ import annotations
 
-import base64
-import html
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from larics_host import plots
 from larics_host.files import write_file
+from larics_host.html_page import escape, page, picture, table
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
     from larics_host.validation.outcome import Outcome
 
-
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1c2733; margin: 2em auto; max-width: 68em; }
-h1 { font-size: 1.6em; margin-bottom: 0; } h2 { font-size: 1.2em; margin: 2em 0 .5em; }
-table { border-collapse: collapse; } th, td { padding: .25em .8em; border-bottom: 1px solid #dde3ea; }
-td { text-align: right; font-variant-numeric: tabular-nums; } th { text-align: left; font-weight: 600; }
-thead th { border-bottom: 2px solid #9fb0c0; text-align: right; } thead th:first-child { text-align: left; }
- .note { color: #5b6b7b; }
-.right { background: #e2f4e8; } .wrong { background: #fbdcdc; } .zero { color: #b7c2cc; }
-.passed { color: #1d7a3f; } .failed { color: #b3261e; font-weight: 600; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(20em, 1fr)); gap: 1em; }
-figure { margin: 0; } img { max-width: 100%; } figcaption { font-size: .9em; overflow-wrap: anywhere; }
-"""
 
 _MATRIX_MOST = 24  # rows and columns that a page still shows; of more, only the mistakes
 _MISTAKES_MOST = 60
@@ -59,28 +45,15 @@ def figure_rows(all_figures: Sequence[dict[str, Any]]) -> list[tuple[str, list[s
     ]
 
 
-def _escape(text):
-    return html.escape(str(text))
-
-
-def _table(headings, rows):
-    head = "".join("<th>%s</th>" % _escape(heading) for heading in headings)
-    body = "".join(
-        "<tr><th>%s</th>%s</tr>" % (_escape(name), "".join("<td>%s</td>" % _escape(cell) for cell in cells))
-        for name, cells in rows
-    )
-    return "<table><thead><tr>%s</tr></thead><tbody>%s</tbody></table>" % (head, body)
-
-
 def _matrix(outcome):
     rows, columns, counts = outcome.matrix()
     if max(len(rows), len(columns)) > _MATRIX_MOST:
         return _mistakes(rows, columns, counts)
     parts = ["<table><thead><tr><th>true \\ reported</th>"]
-    parts += ["<th>%s</th>" % _escape(column) for column in columns]
+    parts += ["<th>%s</th>" % escape(column) for column in columns]
     parts.append("</tr></thead><tbody>")
     for row, line in zip(rows, counts, strict=True):
-        parts.append("<tr><th>%s</th>" % _escape(row))
+        parts.append("<tr><th>%s</th>" % escape(row))
         for column, count in zip(columns, line, strict=True):
             kind = "zero" if not count else "right" if row == column else "wrong"
             parts.append('<td class="%s">%d</td>' % (kind, count))
@@ -103,29 +76,20 @@ def _mistakes(rows, columns, counts):
         % (len(rows), sum(pair[0] for pair in right), len(right))
     ]
     shown = [(row, [column, count]) for count, row, column in wrong[:_MISTAKES_MOST]]
-    lines.append(_table(("true", "reported", "markers"), shown) if shown else "<p>none</p>")
+    lines.append(table(("true", "reported", "markers"), shown) if shown else "<p>none</p>")
     if len(wrong) > _MISTAKES_MOST:
         lines.append("<p>and %d pairs more</p>" % (len(wrong) - _MISTAKES_MOST))
     return "".join(lines)
 
 
-def _picture(data, kind, caption):
-    text = base64.b64encode(data).decode()
-    return '<figure><img src="data:image/%s;base64,%s" alt=""><figcaption>%s</figcaption></figure>' % (
-        kind,
-        text,
-        _escape(caption),
-    )
-
-
 def _comparison(result):
-    lines = ["<h2>%s against %s</h2>" % (_escape(result["second"]), _escape(result["first"]))]
+    lines = ["<h2>%s against %s</h2>" % (escape(result["second"]), escape(result["first"]))]
     rows = [(row["first"], [row["second"], row["count"]]) for row in result["markers"]]
-    lines.append(_table((result["first"], result["second"], "markers"), rows))
+    lines.append(table((result["first"], result["second"], "markers"), rows))
     for key, name in (("read_only_by_first", "first"), ("read_only_by_second", "second")):
         frames = result[key]
         text = ", ".join(frames[:40]) + (" and %d more" % (len(frames) - 40) if len(frames) > 40 else "")
-        lines.append("<p>Read right only by %s: %s</p>" % (_escape(result[name]), _escape(text or "none")))
+        lines.append("<p>Read right only by %s: %s</p>" % (escape(result[name]), escape(text or "none")))
     if result["same_within_1px"]:
         lines.append(
             "<p>%(same_within_1px)d detections of both lie within 1 px of each other; 95 %% of them within "
@@ -136,12 +100,12 @@ def _comparison(result):
 
 def _board(result):
     lines = ["<h2>Board against this computer, message by message</h2>"]
-    lines.append("<p>%s</p>" % _escape(result["summary"]))
+    lines.append("<p>%s</p>" % escape(result["summary"]))
     if result["differences"]:
         rows = [
             (d["frame"], [d["index"], d["field"], d["board"], d["host"]]) for d in result["differences"][:100]
         ]
-        lines.append(_table(("frame", "marker", "field", "board", "here"), rows))
+        lines.append(table(("frame", "marker", "field", "board", "here"), rows))
     return "".join(lines)
 
 
@@ -149,7 +113,7 @@ def _thresholds(judged):
     rows = "".join(
         '<tr><th>%s %g</th><td>%s</td><td class="%s">%s</td></tr>'
         % (
-            _escape(one["option"]),
+            escape(one["option"]),
             one["limit"],
             "-" if one["value"] is None else "%.5g" % one["value"],
             "passed" if one["passed"] else "failed",
@@ -176,20 +140,20 @@ def write_report(
     board      of board.compare_messages;  pictures  [(JPEG bytes, caption)] of the worst frames
     UserError when it cannot be written, and without matplotlib.
     """
-    parts = ["<h1>%s</h1><p class=note>%s</p>" % (_escape(title), _escape(note))]
+    parts = ["<h1>%s</h1><p class=note>%s</p>" % (escape(title), escape(note))]
     if judged:
         parts.append(_thresholds(judged))
     if outcomes:
         parts.append("<h2>Rates and errors</h2>")
-        parts.append(_table(["", *(o.label for o in outcomes)], figure_rows([o.figures() for o in outcomes])))
+        parts.append(table(["", *(o.label for o in outcomes)], figure_rows([o.figures() for o in outcomes])))
         centre = [(o.label, o.tally.centre_px) for o in outcomes]
         heading = [(o.label, o.tally.heading_deg) for o in outcomes]
         parts.append('<h2>Errors</h2><div class="pictures">')
-        parts.append(_picture(plots.shares(centre, "centre error, px"), "png", ""))
-        parts.append(_picture(plots.shares(heading, "heading error, deg"), "png", ""))
+        parts.append(picture(plots.shares(centre, "centre error, px"), "png", ""))
+        parts.append(picture(plots.shares(heading, "heading error, deg"), "png", ""))
         parts.append("</div>")
     for outcome in outcomes:
-        parts.append("<h2>Who was taken for whom: %s</h2>%s" % (_escape(outcome.label), _matrix(outcome)))
+        parts.append("<h2>Who was taken for whom: %s</h2>%s" % (escape(outcome.label), _matrix(outcome)))
     if comparison:
         parts.append(_comparison(comparison))
     if board:
@@ -198,9 +162,5 @@ def write_report(
         parts.append(
             "<h2>Worst frames</h2><p class=note>green: detected; amber: ID uncertain; blue: true</p>"
         )
-        parts.append('<div class="pictures">%s</div>' % "".join(_picture(d, "jpeg", c) for d, c in pictures))
-    page = '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>%s</title><style>%s</style>' % (
-        _escape(title),
-        _STYLE,
-    )
-    write_file(path, page + "</head><body>" + "".join(parts) + "</body></html>\n")
+        parts.append('<div class="pictures">%s</div>' % "".join(picture(d, "jpeg", c) for d, c in pictures))
+    write_file(path, page(title, "".join(parts)))

@@ -1,0 +1,10 @@
+"""What `larics fleet` is made of: the logs of many vehicles, read in blocks by many processes.
+
+sources    files behind paths and addresses, cut into blocks of bounded size
+passes     one visit under a marker: which of the IDs read there is wrong
+track      the vehicle by the map: readings that contradict it, markers that moved
+tally      all that a block tells, in numbers that add up
+engine     tasks on the cores here or on a Dask cluster, results in the order of the tasks
+findings   what is wrong with which vehicle and which marker
+report     tables and one HTML page
+"""
