@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from larics import __version__
-from larics_host.errors import UserError
+from larics_host.errors import missing_package
 from larics_host.files import CannotWrite, GrowingFile, write_file
 from larics_host.ros.cdr import encode
 from larics_host.ros.definitions import definition_text, ros_name
@@ -35,9 +35,7 @@ def require_mcap() -> Any:
     try:
         from mcap import writer
     except ImportError:
-        raise UserError(
-            "--mcap and --bag need the Python package mcap: pip install mcap, or larics[log]"
-        ) from None
+        raise missing_package("a log as .mcap", "mcap") from None
     return writer
 
 
