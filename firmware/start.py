@@ -8,7 +8,6 @@ import safe_mode
 from app import App
 from atomic_file import AtomicFile
 from faults import Faults
-from larics import boards
 from larics.wire import messages as m
 from leds import make_leds
 from settings_store import SettingsStore
@@ -82,7 +81,10 @@ def unique_id():
 
 def main():
     """Runs until a restart is due; returns in safe mode, so that the REPL is free."""
+    from larics import boards
+
     board = boards.find(identity())
+    del sys.modules["larics.boards"], larics.boards, boards  # the other boards need not stay in memory
     if board is None:
         print("larics: this board is not in the table: " + identity())
         return

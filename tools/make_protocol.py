@@ -1,5 +1,6 @@
-"""Writes what is derived from the wire's definition: the C library's tables, the tables of docs/wire.md and
-README.md, the indices of fields that the board's modules use, and the host's named records.
+"""Writes what is derived from the wire's definition: the layouts that a board reads, the C library's tables,
+the tables of docs/wire.md and README.md, the indices of fields that the board's modules use, and the host's
+named records.
 
     python tools/make_protocol.py [--check]
 
@@ -15,7 +16,9 @@ much as a number.
 import ast
 import pathlib
 import re
+import struct
 import sys
+import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "shared"))
@@ -26,6 +29,7 @@ from larics.wire import codec as protocol  # noqa: E402
 from larics.wire import messages  # noqa: E402
 from larics_host import wire_names as codes  # noqa: E402
 
+LAYOUTS = ROOT / "shared" / "larics" / "wire" / "layouts.py"
 HEADER = ROOT / "firmware" / "vehicle" / "src" / "larics.h"
 SOURCE = ROOT / "firmware" / "vehicle" / "src" / "larics_layout.c"
 DOCUMENT = ROOT / "docs" / "wire.md"
@@ -77,6 +81,30 @@ NATURAL = {
     "I": (0, messages.COUNT_MAX),
     "i": (-messages.COUNT_MAX, messages.COUNT_MAX),
 }
+
+
+SIZES = {code: struct.calcsize("<" + code) for code in NATURAL}
+
+
+def layout_of(fields):
+    """One entry of larics.wire.layouts.LAYOUTS."""
+    sizes = [SIZES.get(field[1]) or int(field[1][:-1]) for field in fields]
+    lows, highs = (tuple(field[place] for field in fields) for place in (3, 4))
+    return "".join(field[1][-1] for field in fields).encode(), bytes(sizes), lows, highs, sum(sizes)
+
+
+def layouts():
+    """{type: entry} of the messages as they are defined now."""
+    return {number: layout_of(fields) for _, number, _, fields in messages.MESSAGES}
+
+
+def layouts_text():
+    """They, as a dictionary of Python in lines of at most 110 characters."""
+    lines = ["LAYOUTS = {"]
+    for number, entry in layouts().items():
+        text = textwrap.wrap("%d: %r," % (number, entry), 106, break_long_words=False)
+        lines += ["    " + line for line in text]
+    return "\n".join([*lines, "}"])
 
 
 def members(fields):
@@ -317,6 +345,9 @@ def replaced(text, content, begin, end):
 
 def targets():
     """(path, new text) of every file with a generated part; those that others are made with come first."""
+    begin, end = "# generated: begin (tools/make_protocol.py)", "# generated: end"
+    yield LAYOUTS, replaced(LAYOUTS.read_text(), layouts_text(), begin, end)
+    protocol.LAYOUTS.update(layouts())  # for what follows
     for folder in ("shared", "firmware"):
         for path in sorted((ROOT / folder).rglob("*.py")):
             text = path.read_text()

@@ -14,6 +14,7 @@ import machine  # noqa: E402
 import omv  # noqa: E402
 from board_parts import Uart  # noqa: E402
 
+import larics  # noqa: E402
 import safe_mode  # noqa: E402
 import start  # noqa: E402
 from larics import boards  # noqa: E402
@@ -35,6 +36,7 @@ def fresh(arch="OMVRT1060 32768 SDRAM", keep_flash=False):
             os.mkdir(folder)
         except OSError:
             pass
+    larics.boards = sys.modules["larics.boards"] = boards  # the start before has dropped the table
     board = boards.find(arch)
     if board:
         board.flash = FLASH

@@ -19,8 +19,6 @@ On the wire every setting is a list of numbers (`numbers`, `set_numbers`): bool 
 index, a table its rows one after the other, a range its ends.
 """
 
-from larics.locate.marker_map import map_reason
-from larics.locate.route import route_reason
 from larics.settings.constraints import camera_reason, detector_reason, family_reason
 from larics.settings.fields import FIELDS
 
@@ -50,13 +48,18 @@ def conflict(values):
             values["confirm_needed"],
             values["confirm_frames"],
         )
-    return (
-        family_reason(values)
-        or detector_reason(values)
-        or camera_reason(values)
-        or map_reason(values["map"], values["allowed_ids"], values["outer_mm10"], values["camera_z_mm10"])
-        or route_reason(values["route"], values["map"])
-    )
+    return family_reason(values) or detector_reason(values) or camera_reason(values) or _places_reason(values)
+
+
+def _places_reason(values):
+    if not values["map"] and not values["route"]:
+        return None
+    from larics.locate.marker_map import map_reason  # a board without a map does without these
+    from larics.locate.route import route_reason
+
+    return map_reason(
+        values["map"], values["allowed_ids"], values["outer_mm10"], values["camera_z_mm10"]
+    ) or route_reason(values["route"], values["map"])
 
 
 class Settings:

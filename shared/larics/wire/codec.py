@@ -12,8 +12,9 @@ except ImportError:
     from larics._cpython import const
 
 from larics.wire.framing import LIMIT, OVERHEAD, is_intact, seal
+from larics.wire.layouts import LAYOUTS
 from larics.wire.messages import *  # noqa: F403  (this module is the entry to the wire: type numbers and codes)
-from larics.wire.messages import COUNT_MAX, INFO, MESSAGES, STATUS, VERSION
+from larics.wire.messages import COUNT_MAX, INFO, STATUS, VERSION
 
 # generated: begin indices (tools/make_protocol.py)
 _INFO_BOOT = const(1)
@@ -25,41 +26,40 @@ _HEADER = const(4)
 _CRC = const(4)
 MAX_FRAME = const(130)  # bytes of the longest frame: LIMIT, COBS byte and final 0
 
-_SIZES = {"B": 1, "b": 1, "H": 2, "h": 2, "I": 4, "i": 4}
-_FORMATS = {"B": "<B", "b": "<b", "H": "<H", "h": "<h", "I": "<I", "i": "<i"}
+_FORMATS = {66: "<B", 98: "<b", 72: "<H", 104: "<h", 73: "<I", 105: "<i"}  # by the ASCII of a field's code
+_BYTES = const(115)  # "s"
+_LOWER = const(97)  # codes from here on are signed
+_CODES = const(0)  # items as in layouts
+_SIZES = const(1)
+_LOWS = const(2)
+_HIGHS = const(3)
+_BODY = const(4)
+
+_named = {}  # type: (name, fields), for people and messages to them
 
 
-class _Layout:
-    """One type's fields in the form in which encoder and decoder use them."""
+def _described(number):
+    if not _named:
+        from larics.wire.messages import MESSAGES  # a board does without, unless something is wrong
 
-    def __init__(self, name, number, fields):
-        self.name = name
-        self.number = number
-        self.fields = fields
-        self.sizes = bytes(_SIZES.get(field[1]) or int(field[1][:-1]) for field in fields)
-        self.formats = tuple(_FORMATS.get(field[1]) for field in fields)  # None: bytes
-        self.signed = bytes(field[1] in "bhi" for field in fields)
-        self.lows = tuple(field[3] for field in fields)
-        self.highs = tuple(field[4] for field in fields)
-        self.size = sum(self.sizes)
-
-
-_LAYOUTS = {number: _Layout(name, number, fields) for name, number, _, fields in MESSAGES}
+        for title, kind, _, described in MESSAGES:
+            _named[kind] = title, described
+    return _named[number]
 
 
 def fields(number):
     """The fields of a type: tuples (name, code, unit, min, max, meaning). KeyError for unknown types."""
-    return _LAYOUTS[number].fields
+    return _described(number)[1]
 
 
 def name(number):
     """The name of a type; KeyError for unknown types."""
-    return _LAYOUTS[number].name
+    return _described(number)[0]
 
 
 def frame_size(number):
     """Bytes of a type's frame on the line, always the same."""
-    return _LAYOUTS[number].size + _HEADER + OVERHEAD
+    return LAYOUTS[number][_BODY] + _HEADER + OVERHEAD
 
 
 class Encoder:
@@ -81,46 +81,44 @@ class Encoder:
         An item of a byte field ("64s") is a buffer of exactly that length; a reused list of values may
         be longer than the fields. ValueError for an unknown type, too few values, or one out of range.
         """
-        layout = _LAYOUTS.get(number)
+        layout = LAYOUTS.get(number)
         if layout is None:
             raise ValueError("message type %d is unknown" % number)
-        if len(values) < len(layout.sizes):
-            raise ValueError(
-                "%s has %d fields, got %d values" % (layout.name, len(layout.sizes), len(values))
-            )
+        sizes = layout[_SIZES]
+        if len(values) < len(sizes):
+            raise ValueError("%s has %d fields, got %d values" % (name(number), len(sizes), len(values)))
         buffer = self.buffer
         buffer[1] = VERSION
         buffer[2] = number
         buffer[3] = self.sequence & 0xFF
         buffer[4] = self.sequence >> 8
         place = 1 + _HEADER
-        sizes = layout.sizes
-        formats = layout.formats
-        lows = layout.lows
-        highs = layout.highs
+        codes = layout[_CODES]
+        lows = layout[_LOWS]
+        highs = layout[_HIGHS]
         for k in range(len(sizes)):
             value = values[k]
-            if formats[k] is None:
-                self._put_bytes(layout, k, value, place)
+            if codes[k] == _BYTES:
+                self._put_bytes(number, k, value, place)
             else:
                 if not lows[k] <= value <= highs[k]:
-                    value = self._refuse(layout, k, value)
-                struct.pack_into(formats[k], buffer, place, value)
+                    value = self._refuse(number, k, value)
+                struct.pack_into(_FORMATS[codes[k]], buffer, place, value)
             place += sizes[k]
         self.sequence = (self.sequence + 1) & 0xFFFF
         return seal(buffer, place)
 
-    def _put_bytes(self, layout, k, data, place):
-        size = layout.sizes[k]
+    def _put_bytes(self, number, k, data, place):
+        size = LAYOUTS[number][_SIZES][k]
         if len(data) != size:
-            place = "%s.%s" % (layout.name, layout.fields[k][0])
+            place = "%s.%s" % (name(number), fields(number)[k][0])
             raise ValueError("%s has %d bytes, got %d" % (place, size, len(data)))
         self.buffer[place : place + size] = data
 
-    def _refuse(self, layout, k, value):
-        low, high = layout.lows[k], layout.highs[k]
+    def _refuse(self, number, k, value):
+        low, high = LAYOUTS[number][_LOWS][k], LAYOUTS[number][_HIGHS][k]
         if not self._clamp:
-            place = "%s.%s" % (layout.name, layout.fields[k][0])
+            place = "%s.%s" % (name(number), fields(number)[k][0])
             raise ValueError("%s = %d is outside %d..%d" % (place, value, low, high))
         self.clamped = (self.clamped + 1) & COUNT_MAX
         return low if value < low else high
@@ -178,9 +176,9 @@ class Decoder:
         self.counters = Counters()
         self._on_message = on_message
         self._values = {}
-        for number, layout in _LAYOUTS.items():
-            pairs = zip(layout.sizes, layout.formats)
-            self._values[number] = [bytearray(size) if code is None else 0 for size, code in pairs]
+        for number, layout in LAYOUTS.items():
+            pairs = zip(layout[_SIZES], layout[_CODES])
+            self._values[number] = [bytearray(size) if code == _BYTES else 0 for size, code in pairs]
         self._message = bytearray(LIMIT + 1)
         self._size = -1  # bytes of the message so far; -1 before its first COBS byte
         self._left = 0  # bytes until the next COBS byte; -1 while an over-long frame is skipped
@@ -232,21 +230,22 @@ class Decoder:
         else:
             sequence = message[2] | message[3] << 8
             self._count_gap(sequence)
-            layout = _LAYOUTS.get(message[1])
+            number = message[1]
+            layout = LAYOUTS.get(number)
             if layout is None:
                 counters.unknown = (counters.unknown + 1) & COUNT_MAX
-            elif size != layout.size + _HEADER + _CRC:
+            elif size != layout[_BODY] + _HEADER + _CRC:
                 counters.length = (counters.length + 1) & COUNT_MAX
-            elif not self._unpack(layout):
+            elif not self._unpack(layout, self._values[number]):
                 counters.out_of_range = (counters.out_of_range + 1) & COUNT_MAX
             else:
                 counters.messages = (counters.messages + 1) & COUNT_MAX
-                values = self._values[layout.number]
-                if layout.number == INFO:
+                values = self._values[number]
+                if number == INFO:
                     self._hear_boot(values[_INFO_BOOT], sequence)
-                elif layout.number == STATUS:
+                elif number == STATUS:
                     self._hear_boot(values[_STATUS_BOOT], sequence)
-                self._on_message(layout.number, sequence, values)
+                self._on_message(number, sequence, values)
 
     def _count_gap(self, sequence):
         counters = self.counters
@@ -288,17 +287,16 @@ class Decoder:
         self._doubtful = 0
         self._went_back = False
 
-    def _unpack(self, layout):
+    def _unpack(self, layout, values):
         message = self._message
-        values = self._values[layout.number]
-        sizes = layout.sizes
-        formats = layout.formats
-        lows = layout.lows
-        highs = layout.highs
+        codes = layout[_CODES]
+        sizes = layout[_SIZES]
+        lows = layout[_LOWS]
+        highs = layout[_HIGHS]
         place = _HEADER
         for k in range(len(sizes)):
             size = sizes[k]
-            if formats[k] is None:
+            if codes[k] == _BYTES:
                 data = values[k]
                 for j in range(size):
                     data[j] = message[place + j]
@@ -306,7 +304,7 @@ class Decoder:
                 continue
             place += size
             value = message[place - 1]  # the highest byte first, while it says whether 30 bits suffice
-            if layout.signed[k]:
+            if codes[k] >= _LOWER:
                 value = (value ^ 0x80) - 0x80
             if size == 4:
                 if not -64 <= value < 64:
