@@ -33,6 +33,7 @@ COMMANDS = (
     "log",
     "replay",
     "record",
+    "ros2",
     "settings",
     "calibrate",
     "map",

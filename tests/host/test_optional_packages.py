@@ -15,6 +15,8 @@ from tests.host.test_log import marker_values, wire
     "package, argv",
     [
         ("mcap", ["log", "--input", "run.bin", "-o", "out", "--mcap"]),
+        ("mcap", ["log", "--input", "run.bin", "-o", "out", "--bag"]),
+        ("cyclonedds", ["ros2", "--input", "run.bin"]),
         ("scipy", ["calibrate", "--places", "."]),
         ("scipy", ["map", "build", "run.bin", "-o", "out.json"]),
         ("matplotlib", ["map", "draw", "map.json", "-o", "out.png"]),

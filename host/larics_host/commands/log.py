@@ -223,7 +223,7 @@ class _Log:
         if self._pictures and (self._args.mcap or self._args.bag):
             report("%s of which the log says nothing left out" % counted(len(self._pictures), "picture"))
         if not received:
-            what = self._watch.explain(counters, self._args.baud if self._source.live else None)
+            what = self._watch.explain(counters, getattr(self._source, "baud", None))
             raw = "" if not self._recorder.files else "; the bytes are in " + kept.split()[-1]
             raise UserError("no message came from %s, %s%s" % (self._source.name, what, raw))
         print(summary, file=sys.stderr if self._args.output == "-" else sys.stdout)
