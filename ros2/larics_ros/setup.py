@@ -18,6 +18,6 @@ setup(
     zip_safe=True,
     maintainer="The LARICS camera's maintainers",
     maintainer_email="larics@example.org",
-    description="Launches the LARICS camera: pose on a map of ceiling markers, transforms, diagnostics, pictures.",
+    description="Launches the LARICS camera: pose on a map of ceiling markers, transforms, diagnostics",
     license="MIT",
 )

@@ -46,9 +46,7 @@ def process(context):
     names = ["larics", *(entry[0] for entry in ARGUMENTS + SWITCHES)]
     values = {name: LaunchConfiguration(name).perform(context) for name in names}
     return [
-        ExecuteProcess(
-            cmd=command(values), name="larics", output="screen", respawn=True, respawn_delay=2.0
-        )
+        ExecuteProcess(cmd=command(values), name="larics", output="screen", respawn=True, respawn_delay=2.0)
     ]
 
 
