@@ -1,5 +1,7 @@
-"""The camera with robot_localization: the filter fuses its pose with the wheels and tells map -> odom, so that the
-camera tells no transform: ros2 launch larics_ros localization.launch.py port:=/dev/ttyACM0"""
+"""The camera with robot_localization: its filter tells map -> odom, and the camera no transform.
+
+ros2 launch larics_ros localization.launch.py port:=/dev/ttyACM0
+"""
 
 import os
 
