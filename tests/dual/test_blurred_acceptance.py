@@ -159,9 +159,11 @@ def test_limits_of_a_bit():
         (3072, 256, 85, verdicts.ACCEPTED, 5, 0),
         (3072, 256, 55, verdicts.ACCEPTED, 5, 127),
         (3072, 256, 86, doubt, -1, None),
-        (3072, 256, -135, verdicts.ACCEPTED, 5, 0),
-        (3072, 256, -95, verdicts.ACCEPTED, 5, 127),
-        (3072, 256, -136, doubt, -1, None),
+        (3072, 256, -60, verdicts.ACCEPTED, 5, 0),
+        (3072, 256, -40, verdicts.ACCEPTED, 5, 127),
+        (3072, 256, -61, doubt, -1, None),
+        (3072, 320, -75, verdicts.ACCEPTED, 5, None),
+        (3072, 320, -76, doubt, -1, None),
         (3072, 256, 150, verdicts.ACCEPTED, 7, 0),
         (3072, 256, 190, verdicts.ACCEPTED, 7, 127),
         (3072, 256, 149, doubt, -1, None),
@@ -185,6 +187,16 @@ def test_limits_of_a_bit():
         found = lines_verdict(lines, 0, radius_q8)
         assert found[:2] == (expected, marker_id), (radius_q8, depth, amount)
         assert margin in (None, found[2]), (radius_q8, depth, amount, found)
+
+
+def test_noise_may_make_an_empty_bit_lighter():
+    for noise, amount, margin in ((30, -90, 0), (30, -91, None), (30, -70, 127), (0, -60, 0), (0, -61, None)):
+        lines = Lines()
+        lines.noise = noise
+        lines.amounts[4] = amount
+        found = lines_verdict(lines)
+        assert found[:2] == ((verdicts.ID_UNCERTAIN, -1) if margin is None else (verdicts.ACCEPTED, 5)), noise
+        assert margin in (None, found[2])
 
 
 def test_what_a_bit_leaves_of_the_ink():
@@ -228,12 +240,12 @@ def test_cells_tell_more_than_lines_or_take_their_belief():
     assert lines_verdict(lines, judge=judge, cells=Cells(21, 90))[0] == verdicts.ID_UNCERTAIN
 
 
-def with_glare(left, right, top, bottom):
-    """A sharp marker 7 with glare over the coding line above its centre."""
+def with_glare(left, right, top, bottom, grey=255):
+    """A sharp marker 7 with glare, or something of a grey, over the coding line above its centre."""
     frame = draw(136, 128, 7, 1085, 1022, 430, 0)
     for y in range(top, bottom):
         for x in range(left, right):
-            frame[y * 136 + x] = 255
+            frame[y * 136 + x] = grey
     return frame
 
 
@@ -248,7 +260,7 @@ def test_what_a_sharp_picture_hides_stays_hidden():
 
 def test_the_rule_on_what_is_hidden_keeps_a_wrong_id_from_being_told():
     finder = Detector(136, 128, 23, 30)
-    frame = with_glare(64, 72, 48, 60)  # over the line alone: it looks like none
+    frame = with_glare(64, 72, 48, 60, 210)  # over the line alone: it looks like none
     finder.detect(frame)
     reader = finder.blur_reader
     for said, expected in (
@@ -263,6 +275,10 @@ def test_the_rule_on_what_is_hidden_keeps_a_wrong_id_from_being_told():
         assert reader.examine(frame) == expected, said
         if expected == verdicts.ACCEPTED:
             assert reader.acceptance.marker_id == 3  # which is wrong
+    # glare is lighter than the plate, which is a sign by itself
+    reader.candidates.forget()
+    reader.candidates.remember(1085 << 4, 1022 << 4, 23 << 8, 30 << 8, verdicts.NO_RADIUS, 0)
+    assert reader.examine(with_glare(64, 72, 48, 60)) == verdicts.ID_UNCERTAIN
 
 
 class FirstLook:

@@ -109,6 +109,56 @@ def test_too_few_cells_tell_nothing():
     assert cells.decide(5) == UNKNOWN
 
 
+def test_white_cells_behind_a_hidden_ring_tell_nothing():
+    """Something of the plate's own tone: only the ring shows that it is there."""
+    cells = reader()
+    dark = show(cells, ID)
+    wrong = [cell for cell in range(24) if dark >> cell & 1][:3]
+    cover(cells, wrong, WHITE)
+    assert cells.decide(5) == UNKNOWN
+    cells._hidden = 1 << wrong[0] | 1 << wrong[1] | 1 << wrong[2]
+    assert cells.decide(5) == ID
+    cells._hidden = (1 << 24) - 1  # what looks dark is ink all the same
+    assert cells.decide(5) == UNKNOWN and [w - BIAS for w in cells._weights[:24] if w != BIAS] == [64] * 9
+
+
+def test_a_shadow_in_which_two_cells_are_dark_hides_none():
+    cells = reader()
+    dark = show(cells, ID)
+    shaded = [cell for cell in range(24) if dark >> cell & 1][:2]
+    white = [cell for cell in range(24) if not dark >> cell & 1]
+    for seen, weight in ((2, -62), (1, 0)):
+        show(cells, ID)
+        for cell in shaded[:seen] + white[:4]:
+            cells.depths[48 + cell] -= 200
+            cells.depths[24 + cell] -= 200
+        assert cells.decide(5) == ID
+        assert [cells._weights[cell] - BIAS for cell in white[:5]] == [weight] * 4 + [-64], seen
+
+
+def darkened(which, marker_id=3):
+    """What a plain marker tells some of whose cells look dark, and what that costs it."""
+    cells = reader()
+    show(cells, marker_id)
+    for cell in which:
+        cells.depths[cell] = BIAS + 256
+        cells.depths[24 + cell] = WHITE - 256
+    return cells.decide(marker_id), cells._weights[25]
+
+
+def test_one_stroke_across_a_plain_marker_is_counted_once():
+    for which, expected, cost in (
+        ((5,), PLAIN, 64),
+        ((22, 23, 0, 1), PLAIN, 160),  # 64, and half of what is beyond
+        ((8, 9, 10, 11, 12), PLAIN, 192),
+        ((2, 9), PLAIN, 128),  # two strokes
+        ((2, 9, 16), PLAIN, 192),
+        ((2, 3, 9, 16), UNKNOWN, 256),
+        ((8, 9, 10, 11, 12, 13), UNKNOWN, 384),  # too many for one
+    ):
+        assert darkened(which) == (expected, cost), which
+
+
 def test_the_turn_is_found_and_the_empty_word_has_none():
     cells = reader()
     for turn in range(4):

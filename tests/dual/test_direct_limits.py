@@ -122,8 +122,8 @@ def test_the_last_pass_must_settle():
 class Quarters:
     """Stands for lines and cells: an inner position in each of four directions, what the cells make of it."""
 
-    def __init__(self, depths, outside=0):
-        self.depths, self.is_outside = depths, outside
+    def __init__(self, depths, outside=0, sides=(0, 0)):
+        self.depths, self.is_outside, self.sides = depths, outside, sides
         self.angle_turn16 = 0
 
     def find_quarter(self, frame, rings):
@@ -145,10 +145,19 @@ class Quarters:
     def white(self):
         return 800
 
+    def beside(self, turn, side):
+        assert turn == 1
+        return self.sides[0 if side else 1]
 
-def turned_by_code(quarters):
+
+def turned_by_code(quarters, seen=(256, 256)):
+    """Whether the code tells the turn; seen: area of the outer ring on both sides of the line's place."""
     reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
     reader.rings.radius_q8 = 7680
+    reader.rings.area = 256
+    for sector in range(16):
+        reader.rings.outer_means[16 + sector] = 256
+    reader.rings.outer_means[16 + 11], reader.rings.outer_means[16 + 12] = seen  # about the turn's direction
     reader.lines = reader.cells = quarters
     return reader._turn_by_code(None)
 
@@ -164,6 +173,26 @@ def test_what_inner_positions_say_of_the_orientation():
 def test_no_line_is_hidden_where_the_plate_is_white():
     for outside, expected in ((0, True), (760, True), (761, False), (839, False), (840, True)):
         assert turned_by_code(Quarters((0, 0, 0, 0), outside)) == expected, outside
+
+
+def test_there_are_signs_that_something_hides_the_orientation_line():
+    """Darkness alone may be a shadow in which the plate is seen to be empty."""
+    for sides, seen, expected in (
+        ((700, 700), (256, 256), False),
+        ((700, 700), (178, 256), True),  # something covers the ring, too: below 179/256 of its area
+        ((700, 700), (256, 178), True),
+        ((700, 700), (179, 179), False),
+        ((700, 700), (0, 256), False),  # not looked at
+        ((700, 0), (256, 256), True),  # the plate leaves the frame there
+        ((0, 700), (256, 256), True),
+        ((741, 741), (256, 256), True),  # darker than both sides
+        ((740, 741), (256, 256), False),
+        ((741, 700), (256, 256), False),  # the edge of a shadow
+        ((659, 659), (256, 256), True),  # lighter
+        ((659, 660), (256, 256), False),
+        ((659, 741), (256, 256), False),
+    ):
+        assert turned_by_code(Quarters((0, 0, 0, 0), 700, sides), seen) == expected, (sides, seen)
 
 
 class Told(LineReader):

@@ -1,5 +1,7 @@
 """The bench's own logic: matching, counting, statistics, tags, runs on MicroPython."""
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from larics_host.validation import scoring
 from larics_host.validation.scoring import Expected, Found, Tally
 
 pytest.importorskip("pupil_apriltags", reason="pupil_apriltags has no wheel for this Python")
+from tools import family_record
 from tools.benchmark import evaluate, frames, interpreter, methods, page, plan, plots, report, targets
 
 TRUTH = Expected(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
@@ -105,11 +108,11 @@ def test_the_jobs_of_a_sweep_tell_the_detector_the_tilt_it_must_allow():
 
 
 def test_detectors_are_kept_by_all_that_they_are_told():
-    level, tilted = (evaluate._detector("larics", 30.0, tilt) for tilt in (0, 40))
-    assert level is evaluate._detector("larics", 30.0, 0)
+    level, tilted = (evaluate.detector("larics", 30.0, tilt) for tilt in (0, 40))
+    assert level is evaluate.detector("larics", 30.0, 0)
     assert tilted.detector.memory() > level.detector.memory()  # smaller rings need finer cells
     assert level.detector.blur_reader is not None
-    assert evaluate._detector("larics_sharp", 30.0, 0).detector.blur_reader is None
+    assert evaluate.detector("larics_sharp", 30.0, 0).detector.blur_reader is None
 
 
 def test_every_stress_that_is_to_be_borne_is_a_point_of_500_frames():
@@ -287,3 +290,28 @@ def test_coded_markers_stand_beside_plain_ones_and_have_targets():
     rows = [row] * 6
     swept = {"occlusion": {"values": [0, 0.05, 0.1, 0.15, 0.2, 0.3], "methods": {"larics_coded": rows}}}
     assert [t.must for t in targets._coded({"sweeps": swept})] == [85, 80, 70]
+
+
+def test_the_record_tells_wrong_ids_from_those_of_the_other_family(monkeypatch):
+    job = evaluate.Job("", "sunny", 7, 0, 4, 30.0, (), ("larics",))
+    frames_of = [([TRUTH], [found()]), ([TRUTH], [found(marker_id=4)]), ([TRUTH], [found(marker_id=13)])]
+    frames_of.append(([], [found(marker_id=None), found(marker_id=2)]))
+    monkeypatch.setattr(evaluate, "block", lambda job, target: [(fs, truths) for truths, fs in frames_of])
+    record = family_record.Record()
+    record.add(job, lambda founds: founds)
+    assert record.tally.read == 1 and record.tally.wrongs == [("sunny", 7, 1), ("sunny", 7, 2)]
+    assert record.crossed == [(("sunny", 7, 2), [5], 13)]
+    assert record.told == [(("sunny", 7, 3), 2)]
+
+
+def test_the_record_counts_what_was_chosen(tmp_path, capsys):
+    words = ["--seed", "900", "--share", "0.004", "--only", "R 10", "--output", str(tmp_path)]
+    counted = family_record.measure(family_record.arguments(words))
+    assert counted["frames"] == 6 + 1 + 2
+    assert counted["totals"]["coded"] == {"markers": 7, "wrong": 0, "crossed": 0}
+    assert counted["totals"]["plain"]["markers"] == 2
+    assert "no marker" not in " ".join(counted["conditions"])
+    assert json.loads((tmp_path / "record.json").read_text()) == json.loads(json.dumps(counted))
+    assert capsys.readouterr().out.count("coded: ") == 1
+    with pytest.raises(SystemExit):
+        family_record.arguments(["--only", "nothing of the kind"])

@@ -205,3 +205,11 @@ def test_hundreds_of_ids_are_reported_by_their_mistakes():
     text = report._matrix(Result())
     assert "300 IDs: 900 markers of 300 IDs read right" in text
     assert text.count("<tr>") == 2 and "<td>%d</td><td>2</td>" % CODED.ids()[11] in text
+
+
+def test_no_other_turn_is_taken_where_the_plate_is_seen_in_a_shadow():
+    """A board of the plate's tone hides the orientation line and seven cells, which then look white: the word
+    of another turn fitted, whose orientation line would lie in a shadow."""
+    frame, (truth,) = render_frame("harsh", 6520, 247, family="coded")
+    for found in DetectionOptions(radius_px=(25, 35)).make(360, 296).detect(frame.reshape(-1)):
+        assert found.marker_id in (-1, truth.id)

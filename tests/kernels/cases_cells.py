@@ -3,12 +3,10 @@
 from array import array
 
 from cases_rings import fit
-from inputs import frames, ints, random_bytes, zeros32
+from inputs import frames, ints, zeros32
 
 from larics.arith import fixed
-from larics.kernels.cells import SCRATCH
 from larics.kernels.layouts import BIAS
-from larics.marker import golay
 
 WIDTH, HEIGHT = 72, 60
 
@@ -45,50 +43,14 @@ def direct_place(random):
                 yield pose, 0, 0, fixed.COSINE, angle, ints(16, random)
 
 
-def _depths(random, marker_id, noise, hidden, shade):
-    """What `cell_depths` may tell of a marker, some of whose cells something of another tone hides."""
-    dark = golay.cells(marker_id)
-    depths = array("i", [0] * 72)
-    for cell in range(24):
-        covered = cell < hidden
-        depth = 0 if covered else 360 * (dark >> cell & 1)
-        depths[cell] = BIAS + depth + random.between(-noise, noise)
-        depths[24 + cell] = random.between(200, 1100)
-        depths[48 + cell] = 990 - (shade if covered else 0) + random.between(-9, 9)
-    depths[23 - random.below(12)] *= random.below(2)
-    return depths
+def hidden_cells(random):
+    for angle in (0, 12345, 65535):
+        for share in (0, 100, 200, 300):
+            means = ints(32, random, 0, 300)
+            for sector in range(16):
+                means[16 + sector] = random.between(share, 300) * random.below(2)
+            yield 200, 0, angle, means
+    yield 0, 0, 0, zeros32(32)
 
 
-def cell_weights(random):
-    for marker_id in (0, 9, 1261, 4094):
-        for noise in (1, 60, 400, 40000):
-            for hidden in (0, 5, 11, 24):
-                depths = _depths(random, marker_id, noise, hidden, 40 * hidden)
-                yield (ints(48, random), 0, 0, depths, zeros32(25))
-    yield (ints(48, random), 0, 0, zeros32(72), zeros32(25))
-
-
-def likeliest_words(random):
-    everything = bytearray(b"\xff" * 512)
-    for marker_id in (0, 9, 1261, 4094, 2222):
-        dark = golay.cells(marker_id)
-        for noise in (0, 50, 80, 140, 1000):
-            for erased in (0, 3, 7, 12, 24):
-                weights = array("i", [0] * 24)
-                for cell in range(24):
-                    sign = 64 if dark >> cell & 1 else -64
-                    weight = max(-1023, min(1023, sign + random.between(-noise, noise)))
-                    weights[cell] = BIAS + (weight if cell >= erased else 0)
-                lines = ints(4, random, BIAS - 64, BIAS + 64)
-                lines[3] = random.below(24)
-                allowed = everything if random.below(2) else random_bytes(512, random)
-                scratch, result = ints(SCRATCH, random), ints(5, random)
-                yield (scratch, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, result)
-
-
-CASES = {
-    "cell_depths": cell_depths,
-    "direct_place": direct_place,
-    "cell_weights": cell_weights,
-    "likeliest_words": likeliest_words,
-}
+CASES = {"cell_depths": cell_depths, "direct_place": direct_place, "hidden_cells": hidden_cells}

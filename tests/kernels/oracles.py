@@ -993,7 +993,20 @@ def code_residuals(before, after, result):
         assert abs(after[7][p] - max(map(abs, cells))) <= 6, (p, after[7][p], cells)
 
 
+def hidden_cells(before, after, result):
+    area, _, angle, means = before
+    hidden = {sector for sector in range(16) if 0 < means[16 + sector] < area // 2}
+    expected = 0
+    for cell in range(24):
+        degrees = 90 * (cell // 6) + (18.5, 27.5, 36.5, 53.5, 62.5, 71.5)[cell % 6]
+        place = (angle / 65536 - degrees / 360) % 1 * 16
+        nearest = {math.floor(place - 0.5) % 16, math.floor(place + 0.5) % 16}
+        expected |= bool(nearest & hidden) << cell
+    assert result == expected
+
+
 ORACLES = {
+    "cells": (hidden_cells,),
     "votes": (cast_votes, join_cells, find_windows, rank_centres),
     "edges": (gradient_histogram, edge_threshold, steep_positions, thin_line_edges),
     "grey": (count_greys, take_sample),

@@ -43,14 +43,14 @@ def jobs(group, preset, seed, count, radius_px, overrides, names, cache=None, ma
 _detectors = {}
 
 
-def _detector(name, radius_px, max_tilt_deg):
+def detector(name, radius_px, max_tilt_deg):
     key = name, radius_px, max_tilt_deg
     if key not in _detectors:
         _detectors[key] = methods.make(name, frames.WIDTH, frames.HEIGHT, radius_px, max_tilt_deg)
     return _detectors[key]
 
 
-def _block(job, target):
+def block(job, target):
     if job.preset == PHOTOGRAPHS:
         return [(frames.photograph(job.seed, job.start + i), []) for i in range(job.count)]
     overrides = dict(job.overrides)
@@ -72,10 +72,10 @@ def run(job):
         target = "larics" if job.preset in NEGATIVES else methods.target(name)
         by_target.setdefault(target, []).append(name)
     for target, names in by_target.items():
-        block = _block(job, target)
+        drawn = block(job, target)
         for name in names:
-            detect, tally = _detector(name, job.radius_px, job.max_tilt_deg), Tally()
-            for i, (frame, truths) in enumerate(block):
+            detect, tally = detector(name, job.radius_px, job.max_tilt_deg), Tally()
+            for i, (frame, truths) in enumerate(drawn):
                 tally.add(truths, detect(frame), (job.preset, job.seed, job.start + i))
             tallies[name] = tally
     return job, tallies

@@ -29,6 +29,7 @@ _COMMON_MOST = const(170)  # what the empty positions share
 _EMPTY_MOST = const(90)
 _EMPTY_LEAST = const(-135)
 _ZERO_MOST = const(85)
+_ZERO_LEAST = const(-60)  # lighter than this, less the noise: something white lies on the plate
 _ONE_LEAST = const(150)
 _ONE_SHARE = const(9)  # 16ths of the orientation line: half as deep is dirt or blur beside a line
 _ONE_MOST = const(420)
@@ -123,6 +124,7 @@ class Acceptance:
         marker_id = 0
         certain = True
         zero_most = _ZERO_MOST * unit >> 8
+        zero_least = _ZERO_LEAST * unit >> 8
         one_most = _ONE_MOST * unit >> 8
         residual_most = _RESIDUAL_MOST + lines.noise * _OF_NOISE
         for position in BITS:
@@ -134,7 +136,7 @@ class Acceptance:
                 certain = certain and self._rule(amount - one_least, 80)
             else:
                 certain = certain and self._rule(zero_most - amount, 60)
-                certain = certain and self._rule(amount - _EMPTY_LEAST, 80)
+                certain = certain and self._rule(amount + lines.noise - zero_least, 40)
             certain = certain and self._rule(residual_most - lines.residuals[position], 200)
         certain = certain and self.margin >= self._margin_min
         if cells is not None:

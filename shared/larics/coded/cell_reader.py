@@ -17,6 +17,7 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith.fixed import CELL_AXES, CELL_ROWS, COSINE, LOG_GREY, cos_q14, sin_q14
+from larics.kernels import cell_words
 from larics.kernels import cells as kernels
 from larics.marker import mirrored_lines
 
@@ -51,13 +52,14 @@ UNKNOWN = const(-1)
 # a cell that leaves no doubt weighs 64; the second word must cost that much more than the first,
 _GAP_LEAST = const(78)
 _GAP_LEAST_ALONE = const(110)  # without lines that agree,
+_GAP_LEAST_PLAIN = const(8)  # of plain markers, with lines that were read,
 _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
 _COST_MOST_TURNED = const(80)  # that much,
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
-_COST_QUARTERS = const(4)  # and at least as much as the first contradicts,
+_COST_QUARTERS = const(5)  # and at least as much as the first contradicts,
 _COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
 _NEVER = const(1 << 20)
-_ROW_MOST = const(5)  # cells that one stroke crosses
+_PLAIN_COST = const(25)  # item of the weights
 _LINE_DARK = const(64)  # weights of a coding line: one that is seen,
 _LINE_WHITE = const(32)  # and one that is not, which may be hidden
 
@@ -82,9 +84,10 @@ class CellReader:
         self._allowed = allowed
         self._scratch = scratch
         self._mirrored = mirrored
-        self._weights = array("i", bytes(4 * 25))
+        self._weights = array("i", bytes(4 * cell_words.WEIGHTS))
         self._lines = array("i", bytes(16))
         self._result = array("i", bytes(4 * _WORD_ITEMS))
+        self._hidden = 0
         self.margin = 0
 
     def memory(self):
@@ -112,14 +115,23 @@ class CellReader:
         told = result[_WORD_ID]
         cost = result[_WORD_COST]
         gap = result[_WORD_SECOND] - cost
-        if cost and not told and lines_id:
+        if lines_id:
             # one stroke across a plain plate, such as its own edge, contradicts it but once
-            spared = self._spared()
-            cost -= spared
-            gap += spared
-        if told and lines_id and told & 7 != lines_id:
-            return UNKNOWN
-        least = _GAP_LEAST if lines_id or not told else _GAP_LEAST_ALONE
+            plain = self._weights[_PLAIN_COST]
+            if not told:
+                gap += cost - plain
+                cost = plain
+            elif plain < cost:
+                told = PLAIN
+                gap = cost - plain
+                cost = plain
+            elif told & 7 != lines_id:
+                return UNKNOWN
+            else:
+                gap = min(gap, plain - cost)
+            least = _GAP_LEAST if told else _GAP_LEAST_PLAIN
+        else:
+            least = _GAP_LEAST_ALONE
         if is_turned:
             least = _GAP_LEAST_TURNED
             if cost > _COST_MOST_TURNED:
@@ -163,10 +175,17 @@ class CellReader:
         """The white of the plate beside the cells that `decide` or `find_turn` weighed last, log units."""
         return self._weights[24]
 
+    def beside(self, turn, side):
+        """The white beside the orientation line's place, that many quarter turns counterclockwise, log units.
+
+        side: 0 counterclockwise of it, 23 clockwise. 0 where that lies outside the frame."""
+        cell = (6 * turn + side) % 24
+        return self.depths[48 + cell] if self.depths[cell] else 0
+
     def _weigh(self):
         """Weighs the cells measured last; False when too few tell anything."""
         weights = self._weights
-        if not kernels.cell_weights(self._scratch, 0, 0, self.depths, weights):
+        if not cell_words.cell_weights(self._scratch, 0, 0, self.depths, self._hidden, weights):
             return False
         if self._mirrored:
             for cell in range(12):
@@ -177,29 +196,9 @@ class CellReader:
 
     def _find(self, first_cell):
         self._lines[3] = first_cell
-        kernels.likeliest_words(
+        cell_words.likeliest_words(
             self._scratch, 0, 0, self._weights, CELL_ROWS, self._lines, self._allowed, self._result
         )
-
-    def _spared(self):
-        """Half of what dark cells cost beyond the first, when they lie in one short row."""
-        weights = self._weights
-        dark = total = 0
-        first = last = -1
-        # from behind the longest white stretch: a row may reach over the end
-        start = 0
-        while start < 24 and weights[(start + 23) % 24] > _BIAS:
-            start += 1
-        for step in range(24):
-            weight = weights[(start + step) % 24] - _BIAS
-            if weight > 0:
-                first = step if first < 0 else first
-                last = step
-                dark += 1
-                total += weight
-        if dark < 2 or last - first >= _ROW_MOST:
-            return 0
-        return max(0, total - _LINE_DARK) >> 1
 
     def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth):
         """Measures the cells of a marker; False when its shape is none that a pose can have.
@@ -219,12 +218,15 @@ class CellReader:
         pose[_PLACE_COSINE_Q14] = cos_q14(turn16) + _BIAS
         pose[_PLACE_SINE_Q14] = sin_q14(turn16) + _BIAS
         pose[_PLACE_DEPTH] = max(1, depth)
+        self._hidden = 0
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
     def measure_direct(self, frame, rings, lines):
         """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`."""
-        if not kernels.direct_place(rings.fit, 0, 0, COSINE, lines.angle_turn16, self.pose):
+        angle_turn16 = lines.angle_turn16
+        if not kernels.direct_place(rings.fit, 0, 0, COSINE, angle_turn16, self.pose):
             return False
+        self._hidden = kernels.hidden_cells(rings.area, 0, angle_turn16, rings.outer_means)
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
         return True

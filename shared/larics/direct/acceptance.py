@@ -125,9 +125,10 @@ class Acceptance:
             if told != PLAIN:
                 marker_id = _IN_DOUBT
             elif marker_id != _IN_DOUBT and is_clean:
-                self.margin = min(self.margin, cells.margin)
-                if self.margin < self._margin_min:
+                if cells.margin < self._margin_min:
                     marker_id = _IN_DOUBT
+                else:
+                    self.margin = min(self.margin, cells.margin)
         if not is_clean:
             return NOT_EMPTY
         if marker_id != _IN_DOUBT and holds(self._allowed, marker_id):

@@ -32,6 +32,7 @@ _EMPTY_MOST = const(40)  # and of one that is empty; what they weigh against a c
 _LINE_SEEN = const(64)
 _NO_LINE_SEEN = const(16)  # it may be hidden
 _WHITE = const(40)  # log units: a place that differs less from the white plate
+_BESIDE_LEAST_Q8 = const(179)  # of the rings' area: a sector with less is hidden, in part
 _CENTRE_MOVED_Q10 = const(40)  # by the robust fit: the orientation line is measured twice
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
@@ -180,14 +181,37 @@ class DirectReader:
             if depth < _LINE_LEAST:
                 possible |= 1 << turn
         turn = cells.find_turn(seen, possible)
-        if turn < 0:
-            return False
-        # where the plate is seen to be white, no line is hidden
-        outside = lines.outside(turn)
-        if outside and outside > cells.white() - _WHITE and outside < cells.white() + _WHITE:
+        if turn < 0 or not self._line_hidden(turn):
             return False
         lines.angle_turn16 = lines.angle_turn16 - turn * 16384 & 65535
         return True
+
+    def _line_hidden(self, turn):
+        """Whether there are signs that something hides an orientation line that many quarter turns on."""
+        cells = self.cells
+        outside = self.lines.outside(turn)
+        if not outside:
+            return True  # beyond the frame
+        # where the plate is seen to be white, no line is hidden
+        off = outside - cells.white()
+        if -_WHITE < off < _WHITE:
+            return False
+        # a line begins at the ring, and what hides the one hides some of the other
+        border = (self.lines.angle_turn16 - turn * 16384 + 2048 & 65535) >> 12
+        if self._ring_hidden(border) or self._ring_hidden(border + 15 & 15):
+            return True
+        # of another tone than the plate on both sides; a shadow's edge differs on one
+        before = cells.beside(turn, 23)
+        after = cells.beside(turn, 0)
+        if not before or not after:
+            return True  # beyond the frame
+        before = outside - before
+        after = outside - after
+        return min(before, after) > _WHITE or max(before, after) < -_WHITE
+
+    def _ring_hidden(self, sector):
+        """Whether something hides a part of the outer ring in a sector."""
+        return 0 < self.rings.outer_means[16 + sector] < self.rings.area * _BESIDE_LEAST_Q8 >> 8
 
     def _uneven(self, frame, scale):
         """The verdict on rings too much of which does not count: a dirty lens may blur one side of them."""

@@ -56,7 +56,8 @@ _EDGE_LEAST = const(80)
 _LEAST = const(24)  # area of any 1 below the darker side
 _HALF_LEAST = const(60)  # where that of a half is less, each half's below the mean of the sides;
 _STRAY_MOST = const(150)  # and what must be empty strays no more,
-_UNDONE = const(40)  # nor where a 0 is lighter than its sides by this
+_UNDONE = const(40)  # nor where a 0 is lighter than its sides by this, or where it strays less, by this and
+_LIGHTER_Q8 = const(64)  # that share of what it strays: something white lies on the plate
 _WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area
 
 
@@ -132,6 +133,9 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
     if int(fit[_FIT_RADIUS_Q8]) < _SMALL_Q8:
         one_least += _SMALL_DOUBT
         zero_most -= _SMALL_DOUBT
+    lighter = _UNDONE
+    if int(light[_LIGHT_STRAY]) <= _STRAY_MOST:
+        lighter += (int(light[_LIGHT_STRAY]) * _LIGHTER_Q8) >> 8
     marker_id = 0
     doubt = 0
     bit = 1
@@ -172,7 +176,7 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
             doubt = 1
         elif bright > _HIGH and bright - int(light[_LIGHT_THIRD]) > _SPOT_MOST:
             doubt = 1
-        elif depth < 0 - _UNDONE and int(light[_LIGHT_STRAY]) > _STRAY_MOST:
+        elif depth < 0 - lighter:
             doubt = 1
         elif half > half_faded or (depth * 2 > _FADED_LEAST and depth * 2 > faded - glare):
             doubt = 1

@@ -1,0 +1,431 @@
+"""What cells that were measured tell: their weights, and the two likeliest words of the code.
+
+Darkness is in units of tables.LOG_GREY_Q8.
+"""
+
+try:
+    import micropython
+    from micropython import const
+except ImportError:
+    from larics._cpython import const, micropython, ptr8, ptr16, ptr32
+
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_WORD_ID = const(0)
+_WORD_COST = const(1)
+_WORD_SECOND = const(2)
+_WORD_CONTRADICTED = const(3)
+_WORD_BLANK = const(4)
+
+SCRATCH = const(172)  # items of scratch space that `likeliest_words` takes
+WEIGHTS = const(26)  # items that `cell_weights` writes
+
+_LIGHT = const(_BIAS - 128)
+_BLEACHED = const(1024)  # log units: a grey of 240
+_LEAST_CELLS = const(12)
+_ALL_WHITE = const(20)  # cells that must have been looked at, for none of them to be dark to tell something
+_DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
+_ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
+_ALL_TELL = const(24)  # the least telling cell of those that are as a word has them
+_SHADE = const(60)  # log units
+_TONE = const(100)  # log units: 19 of them are 5 percent
+_STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross
+
+
+@micropython.viper
+def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int, weights: ptr32) -> int:
+    """What each cell tells: + BIAS, up to 64 above it looks dark, up to 64 below white, BIAS nothing.
+
+    depths: as from `cells.cell_depths`; hidden: as from `cells.hidden_cells`; scratch: 48 items.
+    Levels are the fourth of both ends, since of a coded marker at least 8 cells are dark and 8 white; where
+    the darkest are not dark, those of a plain marker.
+    What covers a cell looks like white, but is seldom as bright as the white beside the cells that are dark:
+    the less alike, the less a cell tells; but where none looks dark, an edge of light is likelier than
+    something that hides them all. Where the ring before it is hidden, a cell that looks white tells nothing.
+    weights: WEIGHTS items; after the cells' the usual white, log units, and what the dark ones cost a plain
+    marker: half of it beyond the first, when one stroke may make them all. Returns how many cells were looked
+    at, 0 when too few."""
+    count = 0
+    low = 1 << 29  # the fourth lowest, in items 0 .. 3, and the fourth highest, in items 4 .. 7
+    high = 0
+    i = 0
+    while i < 4:
+        scratch[i] = low
+        scratch[4 + i] = high
+        i += 1
+    i = 0
+    while i < 24:
+        value = int(depths[i])
+        # outside the frame, or lighter than the white beside it
+        if value < _LIGHT:
+            value = 0
+        weights[i] = value
+        if value:
+            count += 1
+            if value < low:
+                slot = 3
+                while slot > 0 and int(scratch[slot - 1]) > value:
+                    scratch[slot] = int(scratch[slot - 1])
+                    slot -= 1
+                scratch[slot] = value
+                low = int(scratch[3])
+            if value > high:
+                slot = 7
+                while slot > 4 and int(scratch[slot - 1]) < value:
+                    scratch[slot] = int(scratch[slot - 1])
+                    slot -= 1
+                scratch[slot] = value
+                high = int(scratch[7])
+        i += 1
+    if count < _LEAST_CELLS:
+        return 0
+    if high < _DARK:
+        low = _BIAS
+        high = _BIAS + 256
+        middle = _BIAS + 128
+        half = 102
+    else:
+        middle = (low + high) >> 1
+        half = (high - low + 2) >> 1
+    span = half + half
+    dark = 0
+    i = 0
+    while i < 24:
+        value = int(weights[i])
+        if value == 0 or value > high + span or value + half < low:
+            value = 0
+        else:
+            value = (value - middle) * 83 // half
+            if value > 64:
+                value = 64
+            if value < 0 - 64:
+                value = 0 - 64
+            if value < 17 and value > 0 - 17:
+                value = 0
+        weights[i] = value + _BIAS
+        if value > 0:
+            dark += 1
+        i += 1
+    # the white beside the dark cells, where there are some, or of the brighter half of all
+    seen = 0
+    i = 0
+    while i < 24:
+        value = 0
+        if int(depths[i]) and (dark < 4 or int(weights[i]) > _BIAS):
+            value = int(depths[48 + i])
+            slot = seen
+            while slot > 0 and int(scratch[slot - 1]) > value:
+                scratch[slot] = int(scratch[slot - 1])
+                slot -= 1
+            scratch[slot] = value
+            seen += 1
+        i += 1
+    if dark < 4:
+        white = int(scratch[seen * 3 // 5])
+    else:
+        white = int(scratch[seen >> 1])
+    weights[24] = white
+    i = 0
+    while i < 24:
+        value = int(weights[i]) - _BIAS
+        off = int(depths[48 + i]) - white
+        if off < 0:
+            off = 0 - off
+            if off > _SHADE and int(depths[i]):
+                # in a shadow ink is less dark against the white beside it
+                value = int(depths[i]) - middle + (middle - low) * off // 768
+                value = value * 83 // half
+                if value > 64:
+                    value = 64
+                if value < 0 - 64:
+                    value = 0 - 64
+                if value < 17 and value > 0 - 17:
+                    value = 0
+                weights[i] = value + _BIAS
+        if value < 0 and off > _TONE >> 1 and dark >= 4:
+            # where two cells are dark in the same shadow or light, the plate is seen there
+            level = int(depths[48 + i])
+            slot = 1
+            while slot < seen:
+                near = int(scratch[slot]) - level
+                far = level - int(scratch[slot - 1])
+                if near < far:
+                    near = far
+                if near < 0:
+                    near = 0 - near
+                if near < off:
+                    off = near
+                slot += 1
+        off = _TONE + (_TONE >> 1) - off
+        if value > 0:
+            off += _TONE + (_TONE >> 1)
+        # a lamp's light, unless the whole picture is bleached
+        if int(depths[24 + i]) >= _BLEACHED and white < _BLEACHED:
+            off = 0
+        if off < _TONE:
+            if off < 0:
+                off = 0
+            if dark == 0 and count >= _ALL_WHITE and off < _TONE >> 1:
+                off = _TONE >> 1
+            weights[i] = value * off // _TONE + _BIAS
+        if value < 0 and (hidden >> i) & 1:
+            weights[i] = _BIAS
+        i += 1
+    # dark cells by their strokes: such as have white ones between them
+    total = 0
+    dark = 0
+    strokes = 0
+    seen = 0
+    i = 0
+    while i < 48:
+        slot = i
+        if i >= 24:
+            slot = i - 24
+        if i == 24:  # the second time around, what came before the first cell is known
+            total = 0
+            dark = 0
+            strokes = 0
+        value = int(weights[slot]) - _BIAS
+        if value > 0:
+            total += value
+            dark += 1
+            if seen == 0:
+                strokes += 1
+            seen = 1
+        elif value < 0:
+            seen = 0
+        i += 1
+    if total > 64 and strokes < 2 and dark <= _STROKE_MOST:
+        total -= (total - 64) >> 1
+    weights[25] = total
+    return count
+
+
+@micropython.viper
+def likeliest_words(
+    rows: ptr32, i: int, j: int, weights: ptr32, generator: ptr16, lines: ptr32, allowed: ptr8, result: ptr32
+) -> int:  # fmt: skip
+    """The two words of the cells' code that cost least, given what each cell looks like.
+
+    weights: of each cell, + BIAS: above it looks dark, below white, by at most 1023, which is what it costs a
+    word to contradict it; lines: likewise of the three coding lines, the least significant first, which count
+    for every word but the empty one, that of a plain marker; then the cell that counts as the first, 0..23.
+    generator: tables.CELL_ROWS. allowed: a bit for each of 4096 IDs: the second word must be allowed. rows:
+    SCRATCH items, scratch space.
+    The 12 most telling cells that are independent of each other make a basis. The words that contradict at
+    most two of them, and where that leaves doubt three, are looked at one by one; of any other it is known
+    what it costs at least (ordered statistics decoding, Fossorier and Lin, IEEE Trans. Inf. Theory 41, 1995,
+    p. 1379).
+    result: WORD. Returns the ID of the second, or 4096 when none was looked at."""
+    # cells by what they tell: items 26 .. 49
+    shift = int(lines[3])
+    hard = 0
+    blank = 0
+    least = 1 << 20
+    i = 0
+    while i < 24:
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j]) - _BIAS
+        if value > 0:
+            hard = hard | (1 << i)
+        else:
+            value = 0 - value
+        if value < least:
+            least = value
+        i += 1
+    code = 0
+    i = 0
+    while i < 3:
+        if int(lines[i]) > _BIAS:
+            code = code | (1 << i)
+        i += 1
+    # mostly the cells as they look are a word: every other one contradicts eight of them
+    word = 0
+    marker_id = 0
+    i = 0
+    while i < 12:
+        if (hard >> int(generator[24 + i])) & 1:
+            word = word ^ int(generator[i + i]) ^ (int(generator[i + i + 1]) << 16)
+            marker_id = marker_id | (1 << i)
+        i += 1
+    if word == hard and least >= _ALL_TELL:
+        if marker_id == 0 or (marker_id & 7 == code and marker_id > 7 and marker_id != 4095):
+            result[_WORD_ID] = marker_id
+            result[_WORD_COST] = 0
+            result[_WORD_SECOND] = least << 3
+            result[_WORD_CONTRADICTED] = 0
+            result[_WORD_BLANK] = 0
+            return 4096
+    i = 0
+    while i < 24:
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j]) - _BIAS
+        if value == 0:
+            blank += 1
+        if value < 0:
+            value = 0 - value
+        value = (value << 5) | i
+        j = i
+        while j > 0 and int(rows[25 + j]) < value:
+            rows[26 + j] = int(rows[25 + j])
+            j -= 1
+        rows[26 + j] = value
+        i += 1
+    # what the 16 patterns of each 4 cells cost to contradict: items 50 .. 145
+    i = 0
+    while i < 24:
+        slot = 50 + ((i >> 2) << 4)
+        if i & 3 == 0:
+            rows[slot] = 0
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j]) - _BIAS
+        if value < 0:
+            value = 0 - value
+        size = 1 << (i & 3)
+        j = 0
+        while j < size:
+            rows[slot + size + j] = int(rows[slot + j]) + value
+            j += 1
+        i += 1
+    # a generator of the code that has a basis cell each: words in items 0 .. 11, their IDs in 13 .. 24
+    i = 0
+    while i < 12:
+        rows[i] = int(generator[i + i]) | (int(generator[i + i + 1]) << 16)
+        rows[13 + i] = 1 << i
+        i += 1
+    rows[12] = 0
+    rows[25] = 0
+    word = 0
+    marker_id = 0
+    rank = 0
+    place = 26
+    while rank < 12:
+        cell = int(rows[place]) & 31
+        i = rank
+        while i < 12 and (int(rows[i]) >> cell) & 1 == 0:
+            i += 1
+        if i < 12:
+            row = int(rows[i])
+            rows[i] = int(rows[rank])
+            rows[rank] = row
+            row_id = int(rows[13 + i])
+            rows[13 + i] = int(rows[13 + rank])
+            rows[13 + rank] = row_id
+            rows[26 + rank] = int(rows[place])
+            j = 0
+            while j < 12:
+                if j != rank and (int(rows[j]) >> cell) & 1:
+                    rows[j] = int(rows[j]) ^ row
+                    rows[13 + j] = int(rows[13 + j]) ^ row_id
+                j += 1
+            rank += 1
+        else:
+            rows[134 + place - rank] = int(rows[place]) >> 5
+        place += 1
+    while place < 50:
+        rows[134 + place - rank] = int(rows[place]) >> 5
+        place += 1
+    i = 0
+    while i < 12:
+        if (hard >> (int(rows[26 + i]) & 31)) & 1:
+            word = word ^ int(rows[i])
+            marker_id = marker_id ^ int(rows[13 + i])
+        i += 1
+    word = word ^ hard  # from here on, what a word contradicts
+    best = 1 << 20
+    best_id = 4096
+    best_word = 0
+    second = 1 << 20
+    second_id = 4096
+    k = 12
+    while k < 13:
+        base = word ^ int(rows[k])
+        base_id = marker_id ^ int(rows[13 + k])
+        i = 0
+        end = 13
+        if k < 12:
+            i = k + 1
+            end = 12
+        while i < end:
+            j = i + 1
+            if i == 12:
+                j = 12
+            while j < end:
+                row = base ^ int(rows[i]) ^ int(rows[j])
+                row_id = base_id ^ int(rows[13 + i]) ^ int(rows[13 + j])
+                # IDs below 8 have no cells of their own, but the empty word stands for them
+                if (row_id & 7 and row_id > 7 and row_id != 4095) or row_id == 0:
+                    value = int(rows[50 + (row & 15)]) + int(rows[66 + ((row >> 4) & 15)])
+                    value += int(rows[82 + ((row >> 8) & 15)]) + int(rows[98 + ((row >> 12) & 15)])
+                    value += int(rows[114 + ((row >> 16) & 15)]) + int(rows[130 + (row >> 20)])
+                    if row_id:
+                        rank = (row_id ^ code) & 7
+                        cell = 0
+                        while rank:
+                            if rank & 1:
+                                size = int(lines[cell]) - _BIAS
+                                if size < 0:
+                                    size = 0 - size
+                                value += size
+                            rank = rank >> 1
+                            cell += 1
+                    if value < second:
+                        if value < best:
+                            size = 0
+                            if best_id < 4096:
+                                size = int(allowed[best_id >> 3]) >> (best_id & 7)
+                            if best_id == 0 or size & 1:
+                                second = best
+                                second_id = best_id
+                            best = value
+                            best_id = row_id
+                            best_word = row
+                        else:
+                            size = int(allowed[row_id >> 3]) >> (row_id & 7)
+                            if row_id == 0 or size & 1:
+                                second = value
+                                second_id = row_id
+                j += 1
+            i += 1
+        if k < 9:
+            k += 1
+        else:
+            contradicted = 0
+            i = 0
+            while i < 24:
+                j = i + shift
+                if j >= 24:
+                    j -= 24
+                if (best_word >> i) & 1 and int(weights[j]) != _BIAS:
+                    contradicted += 1
+                i += 1
+            # every other word contradicts that many of the basis, and differs from the first in eight cells
+            count = 3
+            if k == 9:
+                count = 4
+            least = 0
+            i = 0
+            while i < count:
+                least += int(rows[37 - i]) >> 5
+                i += 1
+            while i + contradicted < 8:
+                least += int(rows[171 + count - i])
+                i += 1
+            if k == 12 and least < second and least - best < _ENOUGH:
+                k = 0
+            else:
+                k = 13
+    if second > least:
+        second = least
+        second_id = 4096
+    result[_WORD_ID] = best_id
+    result[_WORD_COST] = best
+    result[_WORD_SECOND] = second
+    result[_WORD_CONTRADICTED] = contradicted
+    result[_WORD_BLANK] = blank
+    return second_id

@@ -1,0 +1,54 @@
+"""Calls of the kernels in larics.kernels.cell_words."""
+
+from array import array
+
+from inputs import ints, random_bytes, zeros32
+
+from larics.arith import fixed
+from larics.kernels.cell_words import SCRATCH
+from larics.kernels.layouts import BIAS
+from larics.marker import golay
+
+
+def _depths(random, marker_id, noise, hidden, shade):
+    """What `cells.cell_depths` may tell of a marker, some of whose cells something of another tone hides."""
+    dark = golay.cells(marker_id)
+    depths = array("i", [0] * 72)
+    for cell in range(24):
+        covered = cell < hidden
+        depth = 0 if covered else 360 * (dark >> cell & 1)
+        depths[cell] = BIAS + depth + random.between(-noise, noise)
+        depths[24 + cell] = random.between(200, 1100)
+        depths[48 + cell] = 990 - (shade if covered else 0) + random.between(-9, 9)
+    depths[23 - random.below(12)] *= random.below(2)
+    return depths
+
+
+def cell_weights(random):
+    for marker_id in (0, 9, 1261, 4094):
+        for noise in (1, 60, 400, 40000):
+            for hidden in (0, 5, 11, 24):
+                depths = _depths(random, marker_id, noise, hidden, 40 * hidden)
+                yield (ints(48, random), 0, 0, depths, random.below(1 << 24), zeros32(26))
+    yield (ints(48, random), 0, 0, zeros32(72), 0, zeros32(26))
+
+
+def likeliest_words(random):
+    everything = bytearray(b"\xff" * 512)
+    for marker_id in (0, 9, 1261, 4094, 2222):
+        dark = golay.cells(marker_id)
+        for noise in (0, 50, 80, 140, 1000):
+            for erased in (0, 3, 7, 12, 24):
+                weights = array("i", [0] * 24)
+                for cell in range(24):
+                    sign = 64 if dark >> cell & 1 else -64
+                    weight = max(-1023, min(1023, sign + random.between(-noise, noise)))
+                    weights[cell] = BIAS + (weight if cell >= erased else 0)
+                lines = ints(4, random, BIAS - 64, BIAS + 64)
+                lines[3] = random.below(24)
+                allowed = everything if random.below(2) else random_bytes(512, random)
+                scratch, result = ints(SCRATCH, random), ints(5, random)
+                yield (scratch, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, result)
+
+
+CASES = {"cell_weights": cell_weights, "likeliest_words": likeliest_words}
