@@ -129,7 +129,7 @@ class Quarters:
     def find_quarter(self, frame, rings):
         return True
 
-    def measure_direct(self, frame, rings, lines):
+    def measure_direct(self, frame, rings, lines, is_faint):
         return True
 
     def quarter_depth(self, turn):

@@ -222,11 +222,15 @@ class CellReader:
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
-    def measure_direct(self, frame, rings, lines):
-        """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`."""
+    def measure_direct(self, frame, rings, lines, is_faint):
+        """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`.
+
+        is_faint: where the rings show less than elsewhere they are faint, as behind dirt, and not hidden."""
         angle_turn16 = lines.angle_turn16
         if not kernels.direct_place(rings.fit, 0, 0, COSINE, angle_turn16, self.pose):
             return False
-        self._hidden = kernels.hidden_cells(rings.area, 0, angle_turn16, rings.outer_means)
+        self._hidden = 0
+        if not is_faint:
+            self._hidden = kernels.hidden_cells(rings.area, 0, angle_turn16, rings.outer_means)
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
         return True

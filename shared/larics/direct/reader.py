@@ -151,7 +151,7 @@ class DirectReader:
         else:
             lines.refine_quarter(frame, rings)
         cells = self.cells
-        if cells is not None and not cells.measure_direct(frame, rings, lines):
+        if cells is not None and not cells.measure_direct(frame, rings, lines, uneven):
             return verdicts.POOR_RINGS
         verdict = acceptance.code(lines, rings, cells, self.is_turned)
         if uneven and verdict == verdicts.ID_UNCERTAIN:
@@ -166,7 +166,7 @@ class DirectReader:
             cells is None
             or self.rings.radius_q8 < _SMALL_Q8  # the blur-model reader sees more in so few pixels
             or not lines.find_quarter(frame, self.rings)
-            or not cells.measure_direct(frame, self.rings, lines)
+            or not cells.measure_direct(frame, self.rings, lines, False)
         ):
             return False
         seen = self._seen
