@@ -4,6 +4,7 @@ import json
 import math
 
 import cv2
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -101,3 +102,31 @@ def test_the_picture_is_drawn_and_reduced(tmp_path, truths):
     assert small.shape[1] == 1350 and (tmp_path / "small.png").stat().st_size < 400000
     green = (abs(small.astype(int) - (92, 163, 0)).sum(axis=2) < 60).sum()
     assert green > 1000  # what was reported is drawn in
+
+
+def test_plates_on_the_map_show_what_hangs_there():
+    """Against the ink that the renderer samples: rings, lines and cells, seen from above."""
+    figure, axes = plt.subplots(figsize=(6, 6), dpi=100)
+    axes.set_position((0, 0, 1, 1))
+    plate = next(plate for plate in drive.plates() if plate.marker_id > 7)
+    x_mm, y_mm = plate.pose.x_mm, plate.pose.y_mm
+    picture.draw_plate(axes, plate)
+    axes.set_xlim(x_mm - 250, x_mm + 250)
+    axes.set_ylim(y_mm - 250, y_mm + 250)
+    axes.axis("off")
+    figure.canvas.draw()
+    grey = np.asarray(figure.canvas.buffer_rgba())[::-1, :, :3].mean(axis=2)
+    plt.close(figure)
+
+    def dark(turn_deg, radius_mm):
+        """Whether it is dark that far counterclockwise as seen from below."""
+        angle = math.radians(plate.pose.heading_deg - turn_deg)
+        column, row = (300 + 1.2 * radius_mm * part for part in (math.cos(angle), math.sin(angle)))
+        return grey[round(row), round(column)] < 100
+
+    middles = [90 * q + angle for q in range(4) for angle in (18.5, 27.5, 36.5, 53.5, 62.5, 71.5)]
+    cells = sum(dark(angle, 232) << k for k, angle in enumerate(middles))
+    assert cells == plate.family.cells(plate.marker_id)
+    bits = [dark(angle, 50) for angle in (90, 180, 270)]
+    assert bits == [bit == 1 for bit in plate.family.bits(plate.marker_id)]
+    assert dark(0, 190) and dark(45, 150) and dark(45, 100) and not dark(45, 125)

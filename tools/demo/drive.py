@@ -11,7 +11,7 @@ import numpy as np
 
 from larics_host.render import clutter, render_view
 from larics_host.render.camera import Camera, Motion, Pose
-from larics_host.render.plates import Plate
+from larics_host.render.plates import Plate, printed_family
 from larics_host.render.scene import Scene, Surface
 from larics_host.render.sensor import Sensor
 from larics_host.truth import read_truth, write_truth
@@ -23,11 +23,12 @@ LEGS = ((2.6, 0.0), (1.6, 30.0), (1.4, 0.0), (2.4, -30.0), (1.4, 0.0), (1.2, 20.
 CEILING_MM = 3000.0
 FOCAL_PX = 600.0
 WIDTH, HEIGHT = 360, 296
-# ID, seconds on the way, offset to its left in mm, heading of the orientation line against the way
+# ID, seconds on the way, offset to its left in mm, heading of the orientation line against the way;
+# plain and coded ones, as in a building where both hang
 MARKERS = (
     (3, 1.1, 150, 0.0),
-    (5, 4.1, -200, 90.0),
-    (6, 7.3, 180, -60.0),
+    (1261, 4.1, -200, 90.0),
+    (2222, 7.3, 180, -60.0),
     (1, 10.0, -150, 180.0),
     (7, 12.3, 120, 30.0),
 )
@@ -63,7 +64,8 @@ def plates():
         heading = math.radians(pose.heading_deg)
         x_mm = round(pose.x_mm - left_mm * math.sin(heading))
         y_mm = round(pose.y_mm + left_mm * math.cos(heading))
-        placed.append(Plate(marker_id, Pose(x_mm, y_mm, round(pose.heading_deg + turn_deg) % 360)))
+        where = Pose(x_mm, y_mm, round(pose.heading_deg + turn_deg) % 360)
+        placed.append(Plate(marker_id, where, printed_family(marker_id)))
     return tuple(placed)
 
 

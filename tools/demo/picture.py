@@ -8,9 +8,10 @@ matplotlib.use("Agg")
 import cv2  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
-from matplotlib.patches import Circle, Rectangle  # noqa: E402
+from matplotlib.patches import Circle, Rectangle, Wedge  # noqa: E402
 from PIL import Image  # noqa: E402
 
+from larics.marker import ARC, LINE, RING  # noqa: E402
 from larics.wire import messages as m  # noqa: E402
 from tools.demo import compare, drive  # noqa: E402
 
@@ -79,6 +80,7 @@ def draw_frame(axes, frame, letter, folder):
         axes.plot([x, x + dx * end], [y, y + dy * end], color=ORANGE, linewidth=2.4)
         axes.plot([x], [y], "+", color=GREEN, markersize=9, markeredgewidth=2)
         name = "?" if record["id"] is None else str(record["id"])
+        shape = "circle" if len(name) < 2 else "round"
         axes.annotate(
             name,
             (x - dx * radius * 1.3, y - dy * radius * 1.3),
@@ -86,28 +88,36 @@ def draw_frame(axes, frame, letter, folder):
             weight="bold",
             ha="center",
             va="center",
-            bbox=dict(boxstyle="circle,pad=0.25", facecolor=GREEN, edgecolor="none"),
+            size=10 if len(name) < 2 else 8,
+            bbox=dict(boxstyle="%s,pad=0.25" % shape, facecolor=GREEN, edgecolor="none"),
         )
         texts.append(
-            "ID %s   x %+.1f mm   y %+.1f mm   heading %.1f°"
+            "ID %s   x %+.1f  y %+.1f mm   heading %.1f°"
             % (name, record["x_mm10"] / 10, record["y_mm10"] / 10, record["heading_cdeg"] // 10 / 10)
         )
     axes.set_title("%s   %s" % (letter, "; ".join(texts)), loc="left", color=INK)
 
 
+def draw_stroke(axes, center, heading_deg, kind, sizes):
+    """A stroke of `Family.strokes`, lengths in mm, as the map sees it: from above, angles the other way."""
+    if kind == RING:
+        axes.add_patch(Circle(center, sizes[0], fill=False, edgecolor="black", linewidth=2.2))
+    elif kind == LINE:
+        turned = math.radians(heading_deg - sizes[0] / 10)
+        along = np.array([math.cos(turned), math.sin(turned)])
+        ends = np.array([center + sizes[1] * along, center + sizes[2] * along])
+        axes.plot(*ends.T, color="black", linewidth=2.2, solid_capstyle="butt")
+    elif kind == ARC:
+        first, last, start, end = sizes
+        turns = heading_deg - last / 10, heading_deg - first / 10
+        axes.add_patch(Wedge(center, end, *turns, width=end - start, color="black", linewidth=0))
+
+
 def draw_plate(axes, plate):
     center = np.array([plate.pose.x_mm, plate.pose.y_mm])
     axes.add_patch(Circle(center, plate.radius_mm, facecolor="white", edgecolor="#aab2ba", linewidth=1))
-    for radius in (150, 100):
-        axes.add_patch(Circle(center, radius, fill=False, edgecolor="black", linewidth=2.2))
-    heading = math.radians(plate.pose.heading_deg)
-    lines = [(0, 150, 230)]
-    lines += [(-90 * (k + 1), 25, 80) for k in range(3) if plate.marker_id >> (2 - k) & 1]  # seen from above
-    for turn_deg, start, end in lines:
-        turned = heading + math.radians(turn_deg)
-        along = np.array([math.cos(turned), math.sin(turned)])
-        ends = np.array([center + start * along, center + end * along])
-        axes.plot(*ends.T, color="black", linewidth=2.2, solid_capstyle="butt")
+    for kind, *sizes in plate.family.strokes(plate.marker_id):
+        draw_stroke(axes, center, plate.pose.heading_deg, kind, [size / 10 for size in sizes])
     axes.annotate(
         str(plate.marker_id),
         center + (plate.radius_mm + 95) * np.array([0.75, -0.75]),
