@@ -51,7 +51,7 @@ vehicle: $(READY)  ## the vehicle's C library on AVR, Cortex-M, big-endian: same
 	$(BIN)/python tools/vehicle_targets.py
 
 vehicle-package: $(READY)  ## archive of the vehicle's C library for Arduino, PlatformIO, CMake, ESP-IDF, Zephyr
-	$(BIN)/python tools/vehicle_package.py
+	$(BIN)/python tools/vehicle_package.py $(if $(URL),--url '$(URL)')
 
 docs: $(READY)  ## the site of these pages and docstrings, in build/docs (LINKS=1: addresses elsewhere, too)
 	$(BIN)/python -m sphinx -W --keep-going -q -E -b html docs build/docs

@@ -14,6 +14,9 @@ from larics.wire import codec as protocol  # noqa: E402
 LIBRARY = ROOT / "firmware" / "vehicle" / "src"
 SOURCES = sorted(LIBRARY.glob("*.c"))
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion"]
+# of the library alone
+SIGNED = [*STRICT, "-Wshadow", "-Wstrict-prototypes", "-Wmissing-prototypes", "-Wold-style-definition"]
+SIGNED += ["-Wcast-qual", "-Wpointer-arith", "-Wundef", "-Wvla", "-Wredundant-decls"]
 SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
@@ -29,7 +32,7 @@ def objects(folder, compiler, *flags):
     made = []
     for source in SOURCES:
         made.append(pathlib.Path(folder) / (source.stem + ".o"))
-        subprocess.run([compiler, *STRICT, *flags, "-c", str(source), "-o", str(made[-1])], check=True)
+        subprocess.run([compiler, *SIGNED, *flags, "-c", str(source), "-o", str(made[-1])], check=True)
     return made
 
 

@@ -1,11 +1,13 @@
 """Makes the archive of the vehicle's library, whose root is the library: build/LARICS-VERSION.zip.
 
-    python tools/vehicle_package.py [FOLDER]
+    python tools/vehicle_package.py [FOLDER] [--url URL]
 
-The Arduino IDE takes it as it is ("Add .ZIP Library"); PlatformIO, CMake, ESP-IDF and Zephyr find their files
-in it. The same sources give the same bytes.
+URL: where the library is published; without it the archive keeps a placeholder (.example is reserved, it
+leads nowhere). The Arduino IDE takes the archive as it is ("Add .ZIP Library"); PlatformIO, CMake, ESP-IDF
+and Zephyr find their files in it. The same sources give the same bytes.
 """
 
+import argparse
 import pathlib
 import re
 import sys
@@ -13,6 +15,7 @@ import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 LIBRARY = ROOT / "firmware" / "vehicle"
+PLACEHOLDER = "https://larics-camera.example/vehicle"
 
 
 def version():
@@ -35,22 +38,25 @@ def keywords():
     return "\n".join([*lines, *("%s\tLITERAL1" % name for name in constants)]) + "\n"
 
 
-def files():
+def files(url=PLACEHOLDER):
     """[(name in the archive, bytes)]"""
     found = [("LICENSE", (ROOT / "LICENSE").read_bytes()), ("keywords.txt", keywords().encode())]
     for path in sorted(LIBRARY.rglob("*")):
         if path.is_file() and path.suffix not in (".o", ".pyc"):
-            found.append((str(path.relative_to(LIBRARY)), path.read_bytes()))
+            data = path.read_bytes().replace(PLACEHOLDER.encode(), url.encode())
+            found.append((str(path.relative_to(LIBRARY)), data))
     return sorted(found)
 
 
-def make(folder):
-    """Writes the archive; returns its path."""
+def make(folder, url=PLACEHOLDER):
+    """Writes the archive; returns its path. ValueError when the URL is none."""
+    if not re.fullmatch(r"https?://[!-~]+", url) or set(url) & set("\\\"'<>"):
+        raise ValueError("%r is no URL: give https://..." % url)
     name = "LARICS-" + version()
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / (name + ".zip")
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, data in files():
+        for path, data in files(url):
             entry = zipfile.ZipInfo("%s/%s" % (name, path), (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16
@@ -58,5 +64,18 @@ def make(folder):
     return target
 
 
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", default=ROOT / "build", type=pathlib.Path)
+    parser.add_argument("--url", default=PLACEHOLDER, help="where the library is published")
+    options = parser.parse_args(arguments)
+    try:
+        print(make(options.folder, options.url))
+    except (ValueError, OSError) as error:
+        print("vehicle-package: %s" % error, file=sys.stderr)
+        return 2
+    return 0
+
+
 if __name__ == "__main__":
-    print(make(pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "build"))
+    sys.exit(main())

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "shared")]
 
-from tools.vehicle_build import LIBRARY, SOURCES, STRICT, drive_corpus  # noqa: E402
+from tools.vehicle_build import LIBRARY, SIGNED, SOURCES, STRICT, drive_corpus  # noqa: E402
 
 HERE = ROOT / "tests" / "vehicle" / "target"
 ARDUINO = pathlib.Path("/usr/share/arduino/hardware/arduino/avr")
@@ -152,7 +152,7 @@ def flash(target, folder):
     found = {}
     for source in SOURCES:
         made = pathlib.Path(folder) / ("%s-%s.o" % (target.name, source.stem))
-        command = [target.compiler, *STRICT, "-Os", *target.flags, "-c", str(source), "-o", str(made)]
+        command = [target.compiler, *SIGNED, "-Os", *target.flags, "-c", str(source), "-o", str(made)]
         subprocess.run(command, check=True)
         output = subprocess.run([target.size, str(made)], check=True, capture_output=True, text=True).stdout
         text, data, _ = output.splitlines()[1].split()[:3]

@@ -49,6 +49,29 @@ def test_metadata_agree(unpacked):
     assert larics.__version__ in (unpacked / "idf_component.yml").read_text()
 
 
+def test_the_address_is_a_placeholder_until_it_is_given(tmp_path, capsys):
+    def told(archive):
+        with zipfile.ZipFile(archive) as opened:
+            root = archive.stem + "/"
+            names = ("library.properties", "library.json", "idf_component.yml")
+            return [opened.read(root + name).decode() for name in names]
+
+    for text in told(vehicle_package.make(tmp_path)):
+        assert text.count("https://larics-camera.example/vehicle") == 1  # reserved: it leads nowhere
+    assert vehicle_package.main([str(tmp_path), "--url", "https://robots.invalid/larics"]) == 0
+    for text in told(next(tmp_path.glob("*.zip"))):
+        assert text.count("https://robots.invalid/larics") == 1 and ".example" not in text
+    assert vehicle_package.main([str(tmp_path), "--url", 'no "address']) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_headers_named_are_the_public_ones():
+    names = {path.name for path in vehicle_package.public_headers()}
+    assert set(json.loads((FOLDER / "library.json").read_text())["headers"]) == names
+    properties = (FOLDER / "library.properties").read_text()
+    assert set(re.search("^includes=(.*)$", properties, re.MULTILINE).group(1).split(",")) == names
+
+
 def test_keywords_are_what_the_headers_declare(unpacked):
     rows = [line.split("\t") for line in (unpacked / "keywords.txt").read_text().splitlines()]
     assert all(len(row) == 2 for row in rows)

@@ -212,7 +212,7 @@ static void search(larics_drive *drive, int32_t elapsed_ms)
     command(drive, speed, 5730 * speed / radius_mm, elapsed_ms);
 }
 
-static void align(larics_drive *drive, int32_t elapsed_ms);
+static void turn(larics_drive *drive, int32_t elapsed_ms);
 
 static void center(larics_drive *drive, int32_t elapsed_ms)
 {
@@ -224,7 +224,7 @@ static void center(larics_drive *drive, int32_t elapsed_ms)
     distance_mm10 = (int32_t)larics_isqrt((uint32_t)(x * x + y * y));
     if (distance_mm10 <= limits->center_mm10) {
         enter(drive, LARICS_ALIGN);
-        align(drive, elapsed_ms);
+        turn(drive, elapsed_ms);
         return;
     }
     error = larics_wrap_cdeg(larics_cdeg_from_turn16(larics_atan2_turn16(y, x)));
@@ -253,14 +253,11 @@ static void leave(larics_drive *drive)
     enter(drive, LARICS_GO);
 }
 
-static void go(larics_drive *drive, int is_seen, int32_t elapsed_ms)
+/* GO while no marker is in sight but the one that was left. */
+static void go_on(larics_drive *drive, int32_t elapsed_ms)
 {
     const larics_sight *behind = &drive->behind;
     int32_t error = 0, speed;
-    if (is_seen) {
-        center(drive, elapsed_ms);
-        return;
-    }
     if (drive->way_um > drive->limits.leg_mm * 1000) {
         search(drive, elapsed_ms);
         return;
@@ -280,14 +277,10 @@ static void go(larics_drive *drive, int is_seen, int32_t elapsed_ms)
     command(drive, speed, error * TURN_GAIN, elapsed_ms);
 }
 
-static void align(larics_drive *drive, int32_t elapsed_ms)
+/* ALIGN below the marker. */
+static void turn(larics_drive *drive, int32_t elapsed_ms)
 {
-    const larics_sight *target = &drive->target;
     int32_t error;
-    if (larics_abs(target->x_mm10) + larics_abs(target->y_mm10) > 4 * drive->limits.center_mm10) {
-        center(drive, elapsed_ms);
-        return;
-    }
     if (drive->is_end) {
         enter(drive, LARICS_ARRIVED);
         command(drive, 0, 0, elapsed_ms);
@@ -298,10 +291,15 @@ static void align(larics_drive *drive, int32_t elapsed_ms)
         larics_abs(drive->turn_cdeg_s) * 5 < 10 * drive->limits.align_cdeg &&
         larics_abs(drive->speed_mm_s) < 20) {
         leave(drive);
-        go(drive, 0, elapsed_ms);
+        go_on(drive, elapsed_ms);
         return;
     }
     command(drive, 0, error * TURN_GAIN, elapsed_ms);
+}
+
+static int is_far_off(const larics_drive *drive)
+{
+    return larics_abs(drive->target.x_mm10) + larics_abs(drive->target.y_mm10) > 4 * drive->limits.center_mm10;
 }
 
 uint8_t larics_drive_step(larics_drive *drive, uint32_t elapsed)
@@ -316,12 +314,12 @@ uint8_t larics_drive_step(larics_drive *drive, uint32_t elapsed)
     is_seen = drive->target.age_ms <= drive->limits.stale_ms;
     if (drive->state == LARICS_HALT || drive->state == LARICS_ARRIVED)
         command(drive, 0, 0, elapsed_ms);
-    else if (drive->state == LARICS_GO)
-        go(drive, is_seen, elapsed_ms);
+    else if (drive->state == LARICS_GO && !is_seen)
+        go_on(drive, elapsed_ms);
     else if (!is_seen)
         search(drive, elapsed_ms);
-    else if (drive->state == LARICS_ALIGN)
-        align(drive, elapsed_ms);
+    else if (drive->state == LARICS_ALIGN && !is_far_off(drive))
+        turn(drive, elapsed_ms);
     else
         center(drive, elapsed_ms);
     return drive->state;
