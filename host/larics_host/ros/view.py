@@ -7,6 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 from larics.wire import messages as m
+from larics_host.connection.frame_times import FrameTimes
 from larics_host.ros import frames, pictures
 from larics_host.ros.drawing import Sightings, map_array
 from larics_host.ros.health import Health
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from larics_host.connection.receiver import Message
-
-_STAMPS = 256  # frames whose time is kept
 
 
 class View:
@@ -36,7 +35,7 @@ class View:
         self.health = Health()
         self._settings = KnownSettings(self.options.settings)
         self._ahead_ns = round(self.options.ahead_s * 1e9)
-        self._stamps: dict[int, int] = {}
+        self._times = FrameTimes()
         self._sightings = Sightings(self.names.base)
         self._seen: list[Any] = []
         self._assembler = pictures.Assembler()
@@ -52,7 +51,7 @@ class View:
             yield from self._hall(received_ns)
             yield from self._camera(received_ns)
         yield from self._annotations(wait=False)
-        stamp_ns = self._stamp(message.fields, received_ns)
+        stamp_ns = self._times.of(message.fields, received_ns)
         value = to_ros(message, time_of(stamp_ns))
         yield Output(self.names.topic("wire/" + message.name.lower()), type_of(message.name), value, stamp_ns)
         handler = getattr(self, "_of_" + message.name.lower(), None)
@@ -62,7 +61,7 @@ class View:
     def picture(self, number: int, frame: np.ndarray, stamp_ns: int | None = None) -> Iterator[Output]:
         """The Outputs of a raw frame ((height, width) uint8) by its number; nothing when its time is not
         known."""
-        stamp_ns = self._stamps.get(number) if stamp_ns is None else stamp_ns
+        stamp_ns = self._times.get(number) if stamp_ns is None else stamp_ns
         if stamp_ns is None:
             return
         value = pictures.compressed_image(frame, self.names.camera, stamp_ns)
@@ -83,16 +82,6 @@ class View:
     def silent(self, seconds: float, stamp_ns: int) -> Output:
         """Of a camera of which nothing came."""
         return self._diagnostics(self.health.silent(seconds, stamp_ns), stamp_ns)
-
-    def _stamp(self, fields, received_ns):
-        number = getattr(fields, "frame", None)
-        if number is None:
-            return received_ns
-        if number not in self._stamps and hasattr(fields, "age_us"):
-            self._stamps[number] = max(0, received_ns - 1000 * fields.age_us)
-            while len(self._stamps) > _STAMPS:
-                del self._stamps[next(iter(self._stamps))]
-        return self._stamps.get(number, received_ns)
 
     def _of_marker(self, fields, stamp_ns):
         if self._seen and self._seen[0].frame != fields.frame:  # the rest of that frame was lost
