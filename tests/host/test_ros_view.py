@@ -28,7 +28,7 @@ POSE = {"state": m.TRACKING, "age_us": 8000, **PLACE, **SIGMAS}
 
 
 class Feed:
-    """A View, fed with messages one second apart."""
+    """A View, fed with messages 10 ms apart."""
 
     def __init__(self, options=None):
         self.view = View(options)
@@ -36,9 +36,9 @@ class Feed:
 
     def __call__(self, number, **given):
         """{topic without namespace: [Output]} of one message."""
-        message = message_of(number, self.count, message_values(number, **given), float(self.count))
+        message = message_of(number, self.count, message_values(number, **given), self.count / 100)
         found = {}
-        for output in self.view.messages(message, T0_NS + self.count * 1_000_000_000):
+        for output in self.view.messages(message, T0_NS + self.count * 10_000_000):
             found.setdefault(output.topic.replace("/larics/", ""), []).append(output)
         self.count += 1
         return found
@@ -91,7 +91,7 @@ def test_all_of_one_frame_has_one_time():
     motion = feed(m.MOTION, frame=7, state=m.MOTION_INTERPOLATED)
     assert marker.stamp_ns == pose.stamp_ns == motion["wire/motion"][0].stamp_ns == T0_NS - 5_000_000
     assert {output.stamp_ns for output in motion["/tf"]} == {T0_NS - 5_000_000}
-    assert feed(m.POSE, **{**POSE, "frame": 8})["pose"][0].stamp_ns == T0_NS + 3_000_000_000 - 8_000_000
+    assert feed(m.POSE, **{**POSE, "frame": 8})["pose"][0].stamp_ns == T0_NS + 30_000_000 - 8_000_000
 
 
 def told(found):
