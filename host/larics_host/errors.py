@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
+from collections.abc import Iterator
 
 EXIT_INTERRUPTED = 130
 
@@ -38,25 +40,24 @@ _withheld: list[tuple[object, str]] | None = None
 
 def report_once(about: object, text: object) -> None:
     """Prints what does not keep the program from going on, once for all that is the same: `about`."""
-    if about not in _told:
-        _told.add(about)
-        if _withheld is None:
-            report(text)
-        else:
+    if _withheld is not None:
+        if about not in [other for other, _ in _withheld]:
             _withheld.append((about, str(text)))
+    elif about not in _told:
+        _told.add(about)
+        report(text)
 
 
-def withhold() -> None:
-    """From here on `report_once` keeps its lines for `withheld`: another process speaks for this one."""
+@contextlib.contextmanager
+def withheld() -> Iterator[list[tuple[object, str]]]:
+    """Meanwhile lines are not printed: the list gets their (about, text), for `report_once` in the process
+    that speaks for this one."""
     global _withheld
-    _withheld = []
-
-
-def withheld() -> list[tuple[object, str]]:
-    """The (about, text) since the last call, for `report_once` in the process that speaks."""
-    global _withheld
-    lines, _withheld = _withheld or [], []
-    return lines
+    before, _withheld = _withheld, []
+    try:
+        yield _withheld
+    finally:
+        _withheld = before
 
 
 def begin_run() -> None:
@@ -66,4 +67,7 @@ def begin_run() -> None:
 
 def report(error: object) -> None:
     """Prints an error as the one line `larics: ...` on standard error."""
-    print("larics: %s" % " ".join(str(error).split()), file=sys.stderr)
+    if _withheld is not None:
+        report_once(str(error), error)
+    else:
+        print("larics: %s" % " ".join(str(error).split()), file=sys.stderr)

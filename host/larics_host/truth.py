@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from larics_host.addresses import is_address, list_remote
 from larics_host.errors import UserError
 from larics_host.files import GrowingFile
 from larics_host.tables import read_rows
@@ -117,6 +118,10 @@ def read_truth(path: StrPath) -> list[Truth]:
 
     Raises UserError for a file that is missing, lacks a column or has a cell that is no number.
     """
+    if is_address(path):
+        address = str(path) if str(path).endswith(".csv") else str(path).rstrip("/") + "/truth.csv"
+        with list_remote(address)[0][0].local() as copy:
+            return read_truth(copy)
     path = Path(path)
     if path.is_dir():
         path = path / "truth.csv"

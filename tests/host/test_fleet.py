@@ -382,3 +382,30 @@ def test_tables_as_parquet(fleet, tmp_path):
     assert command(fleet / "logs", "-o", tmp_path, "--format", "parquet", "--jobs", 1) == 0
     table = pyarrow.parquet.read_table(tmp_path / "vehicles.parquet").to_pydict()
     assert table["vehicle"] == ["good", "lens", "misreads", "scale"] and all(table["frames"])
+
+
+def test_validate_on_a_cluster_finds_what_it_finds_here(cluster, tmp_path):
+    frames = tmp_path / "frames"
+    assert cli.main(["simulate", "--frames", "12", "--seed", "5300", "-o", str(frames)]) == 0
+    figures = []
+    dask = cluster(workers=1)
+    for words in (
+        [str(frames), "--jobs", "1"],
+        [str(frames), "--scheduler", dask.address],
+        ["file://%s" % frames, "--scheduler", dask.address],
+    ):
+        path = tmp_path / "figures.json"
+        assert cli.main(["validate", *words, "--radius-px", "25:36", "--json", str(path)]) == 0
+        one = json.loads(path.read_text())["methods"][0]
+        one.pop("median_ms")
+        figures.append(one)
+    assert figures[0]["frames"] == 12 and figures[0] == figures[1] == figures[2]
+
+
+def test_frames_of_an_address_are_detected_as_those_of_a_path(tmp_path, capsys):
+    frame = ROOT / "tests" / "frames" / "sunny_r30_1000_0.pgm"
+    found = []
+    for name in (str(frame), "file://%s" % frame):
+        assert cli.main(["detect", name, "--json", "--radius-px", "25:35"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    assert found[0]["detections"] == found[1]["detections"] and found[1]["frame"] == "file://%s" % frame

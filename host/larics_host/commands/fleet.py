@@ -39,16 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--report", metavar="FILE.html", help="write one page with all of it")
     parser.add_argument("-o", "--output", metavar="DIR", help="write the tables into this folder")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv", help="of the tables (csv)")
-    add_engine(parser)
-
-
-def add_engine(parser: argparse.ArgumentParser) -> None:
-    """The options that say where the work is done."""
     parser.add_argument("--jobs", metavar="N", type=int, help="processes here (default: all cores)")
-    add_scheduler(parser)
-
-
-def add_scheduler(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scheduler", metavar="ADDRESS", help="work on this Dask cluster instead, as tcp://127.0.0.1:8786"
     )

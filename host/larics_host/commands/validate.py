@@ -7,6 +7,7 @@ import json
 import sys
 from pathlib import Path
 
+from larics_host.addresses import is_address
 from larics_host.detection import detectors
 from larics_host.detection import options as detection_options
 from larics_host.errors import UserError
@@ -28,9 +29,16 @@ _DIFFERENCES_SHOWN = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", metavar="FOLDER", help="frames with truth.csv, as of larics simulate")
+    parser.add_argument(
+        "folder",
+        metavar="FOLDER",
+        help="frames with truth.csv, as of larics simulate; or an address of fsspec",
+    )
     detection_options.add_arguments(parser)
     detection_options.add_jobs(parser)
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="detect on this Dask cluster, as tcp://127.0.0.1:8786"
+    )
     parser.add_argument(
         "--detections",
         metavar="FILE.jsonl",
@@ -65,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     thresholds = _thresholds(args)
     board = _compare_with_board(args) if args.board else None
     outcomes, judged, comparison, truths = [], [], None, {}
-    if not args.board or (Path(args.folder) / "truth.csv").exists():
+    if not args.board or is_address(args.folder) or (Path(args.folder) / "truth.csv").exists():
         outcomes, judged, comparison, truths = _validate(args, options, thresholds)
     elif any(limit is not None for limit in thresholds.values()) or args.against or args.detections:
         raise UserError("%s has no truth.csv: only --board can be done without" % args.folder)
@@ -117,12 +125,12 @@ def _gather(args, options):
     if args.detections:
         found = [sources.read_log(args.detections)]
     else:
-        found = [sources.run_method(args.folder, options, args.jobs)]
+        found = [sources.run_method(args.folder, options, args.jobs, args.scheduler)]
     if args.against in detectors.METHODS:
         other = options._replace(method=args.against)
         if args.against == "paper":
             other = other._replace(allowed_ids=None)
-        found.append(sources.run_method(args.folder, other, args.jobs))
+        found.append(sources.run_method(args.folder, other, args.jobs, args.scheduler))
     elif args.against:
         found.append(sources.read_log(args.against))
     if len(found) > 1 and found[0].label == found[1].label:

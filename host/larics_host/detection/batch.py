@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import time
-from collections import deque
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from larics_host.addresses import Remote
 from larics_host.compilation import told
 from larics_host.detection import detectors
-from larics_host.errors import UserError, report_once, withheld, withhold
+from larics_host.errors import UserError, report_once, withheld
+from larics_host.fleet import engine
 from larics_host.images.frame_sources import STILL_EXTENSIONS, list_sources, read_source
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
 
 _BLOCK = 16  # frames handed to a process at a time
-_AHEAD = 4  # blocks a process that may wait
+_BLOCK_SENT = 128  # to another computer, which costs some milliseconds
 _POOL_FROM = 6000  # frames from which starting processes pays
 _STREAM_FRAME_BYTES = 60_000  # a guess of what a frame of a stream takes
 
@@ -96,17 +95,18 @@ def _tell_of_reduction(name, width, height, detector):
     report_once(("reduced", width, height), text % (name, *numbers))
 
 
-_work = None
+_works: dict[str, _Work] = {}  # of this process
 
 
-def _begin(options, keep_frames):
-    global _work
-    withhold()
-    _work = _Work(options, keep_frames)
-
-
-def _run(items):
-    return _work.block(items), withheld()
+def _run(task):
+    """(results, lines to tell) of a block, in whatever process."""
+    options, keep_frames, items = task
+    key = repr((options, keep_frames))
+    if key not in _works:
+        _works.clear()
+        _works[key] = _Work(options, keep_frames)
+    with withheld() as lines:
+        return _works[key].block(items), lines
 
 
 def _told(answer):
@@ -136,7 +136,7 @@ def count_frames(paths: Iterable[StrPath]) -> tuple[int | None, int]:
     return (len(found), width) if all(map(_is_still, found)) else (None, width + 6)
 
 
-def _blocks(paths, errors):
+def _blocks(paths, errors, most):
     """Blocks of images by path, for whoever takes them to read, and of frames read here from streams."""
     block = []
     for path in _sources(paths, errors):
@@ -146,12 +146,12 @@ def _blocks(paths, errors):
             try:
                 for item in read_source(path):
                     block.append(item)
-                    if len(block) >= _BLOCK:
+                    if len(block) >= most:
                         yield block
                         block = []
             except UserError as error:
                 errors.append(Result(str(path), error=str(error)))
-        if len(block) >= _BLOCK:
+        if len(block) >= most:
             yield block
             block = []
     if block:
@@ -162,7 +162,8 @@ def usual_jobs(paths: Iterable[StrPath]) -> int:
     """How many processes are worth starting."""
     frames = 0
     for path in _sources(paths, []):
-        frames += 1 if _is_still(path) else path.stat().st_size // _STREAM_FRAME_BYTES
+        size = path.size if isinstance(path, Remote) else path.stat().st_size
+        frames += 1 if _is_still(path) else size // _STREAM_FRAME_BYTES
     return cores() if frames >= _POOL_FROM else 1
 
 
@@ -174,41 +175,39 @@ def cores() -> int:
 
 
 def detect_all(
-    paths: Iterable[StrPath], options: DetectionOptions, jobs: int | None = None, keep_frames: bool = False
+    paths: Iterable[StrPath],
+    options: DetectionOptions,
+    jobs: int | None = None,
+    keep_frames: bool = False,
+    scheduler: str | None = None,
 ) -> Iterator[Result]:
     """Yields a Result for every frame behind `paths`, and one for every source that cannot be read.
 
     options   DetectionOptions;  jobs  processes, None for as many as are worth it
+    scheduler address of a Dask scheduler, whose workers then do it; see fleet.engine.run
     """
-    jobs = jobs or usual_jobs(paths)
+    jobs = 1 if scheduler else jobs or usual_jobs(paths)
     errors: list[Result] = []
-    blocks = _blocks(paths, errors)
-    results = _serial if jobs == 1 else _parallel
-    for result in results(blocks, options, jobs, keep_frames):
+    blocks = _blocks(paths, errors, _BLOCK_SENT if scheduler else _BLOCK)
+    if jobs == 1 and not scheduler:
+        results = _serial(blocks, options, keep_frames)
+    else:
+        results = _parallel(blocks, options, jobs, keep_frames, scheduler)
+    for result in results:
         while errors:
             yield errors.pop(0)
         yield result
     yield from errors
 
 
-def _serial(blocks, options, jobs, keep_frames):
+def _serial(blocks, options, keep_frames):
     work = _Work(options, keep_frames)
     for block in blocks:
         for item in block:  # one by one, so that whoever watches sees each as it is done
             yield from work.block([item])
 
 
-def _parallel(blocks, options, jobs, keep_frames):
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, context, _begin, (options, keep_frames)) as pool:
-        waiting = deque()
-        try:
-            for block in blocks:
-                waiting.append(pool.submit(_run, block))
-                while len(waiting) > _AHEAD * jobs:
-                    yield from _told(waiting.popleft().result())
-            while waiting:
-                yield from _told(waiting.popleft().result())
-        finally:
-            for future in waiting:
-                future.cancel()
+def _parallel(blocks, options, jobs, keep_frames, scheduler):
+    tasks = ((options, keep_frames, block) for block in blocks)
+    for answer in engine.run(_run, tasks, jobs, scheduler):
+        yield from _told(answer)

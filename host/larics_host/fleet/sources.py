@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO, NamedTuple
 
+from larics_host.addresses import is_address, list_remote
 from larics_host.errors import UserError, missing_package
 
 KINDS = (".jsonl", ".mcap", ".csv", ".bin")  # of one log in several forms, the first is read
@@ -41,25 +42,6 @@ class Block(NamedTuple):
     source: Source
     start: int
     end: int | None
-
-
-def is_address(text: str) -> bool:
-    """Whether fsspec has to open it."""
-    return "://" in text or "::" in text
-
-
-def file_system(text: str) -> tuple[Any, str]:
-    """(file system, path) of an address. UserError without fsspec, or where it knows no such."""
-    try:
-        import fsspec
-    except ImportError:
-        raise missing_package(text, "fsspec") from None
-    try:
-        return fsspec.core.url_to_fs(text)
-    except (ImportError, ValueError) as error:
-        raise UserError("%s: %s" % (text, error)) from None
-    except OSError as error:
-        raise UserError("%s: %s" % (text, error.strerror or error)) from None
 
 
 def list_logs(arguments: Iterable[str], by: str | None = None) -> list[Source]:
@@ -133,14 +115,8 @@ def _local(argument):
 
 
 def _addressed(argument):
-    system, path = file_system(argument)
-    if glob.has_magic(path):
-        paths = [one for one in system.glob(path) if system.isfile(one)]
-    elif system.isdir(path):
-        paths = system.find(path)
-    else:
-        return system, [(path, system.size(path) or 0, True)]
-    return system, [(one, system.size(one) or 0, False) for one in sorted(paths)]
+    files, alone = list_remote(argument, deep=True)
+    return files[0].system if files else None, [(one.path, one.size, alone) for one in files]
 
 
 def blocks(sources: Iterable[Source], block_bytes: int = BLOCK_BYTES) -> Iterator[Block]:

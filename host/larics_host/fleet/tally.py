@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from larics.wire import messages as m
 from larics_host.connection.receiver import Receiver
 from larics_host.connection.records import as_json
-from larics_host.errors import UserError, withheld, withhold
+from larics_host.errors import UserError, withheld
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, lines, local_copy
 from larics_host.fleet.track import Landmark, Off, Track
@@ -242,19 +242,20 @@ class Told(NamedTuple):
 
 def read_block(work: Work) -> Told:
     """The work on one block, in whatever process."""
-    withhold()
     block = work.block
     reader = _Reader(work.landmarks, work.period)
-    try:
-        if block.end is None:
-            _read_whole(reader, block)
-        else:
-            _read_lines(reader, block)
-    except UserError as error:
-        return Told(None, str(error), withheld())
-    except OSError as error:
-        return Told(None, "cannot read %s: %s" % (block.source.name, error.strerror or error), withheld())
-    return Told(reader.end(), None, withheld())
+    with withheld() as told:
+        try:
+            if block.end is None:
+                _read_whole(reader, block)
+            else:
+                _read_lines(reader, block)
+        except UserError as error:
+            return Told(None, str(error), told)
+        except OSError as error:
+            why = "cannot read %s: %s" % (block.source.name, error.strerror or error)
+            return Told(None, why, told)
+    return Told(reader.end(), None, told)
 
 
 def _read_lines(reader, block):

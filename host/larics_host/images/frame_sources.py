@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from larics_host.addresses import Remote, is_address, list_remote
 from larics_host.errors import UserError, report
 from larics_host.images import openmv_stream, stills
 from larics_host.wording import counted
@@ -33,13 +34,17 @@ def _natural_key(path):
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", path.name.lower())]
 
 
-def list_sources(path: StrPath) -> list[Path]:
+def list_sources(path: StrPath) -> list[Path | Remote]:
     """The files behind one argument: itself, or what a folder holds in natural order, not its sub-folders.
+    Those of an address are Remote.
 
     Raises UserError when it does not exist or is a folder without frames.
     """
     if not str(path):
         raise UserError("an empty name of a file or folder")
+    if is_address(path):
+        files, alone = list_remote(str(path))
+        return _in_order([one for one in files if alone or one.suffix.lower() in EXTENSIONS], path)
     path = Path(path)
     try:
         if not path.is_dir():
@@ -55,6 +60,10 @@ def list_sources(path: StrPath) -> list[Path]:
         ]
     except OSError as error:
         raise UserError("%s: %s" % (path, error.strerror)) from error
+    return _in_order(found, path)
+
+
+def _in_order(found, path):
     if not found:
         raise UserError("%s: no frames in this folder (%s)" % (path, " ".join(EXTENSIONS)))
     return sorted(found, key=_natural_key)
@@ -97,12 +106,21 @@ def _read_video(path):
         video.release()
 
 
-def read_source(path: StrPath) -> Iterator[tuple[str, np.ndarray]]:
+def _read_remote(remote):
+    with remote.local() as path:
+        for name, frame in read_source(path):
+            yield str(remote) + name[len(str(path)) :], frame
+
+
+def read_source(path: StrPath | Remote) -> Iterator[tuple[str, np.ndarray]]:
     """Yields (name, frame) of one file: its path as the name, with "#0", "#1"... when it holds several.
 
     The content says what it is; the extension decides only whether it is a video.
     Raises UserError for whatever cannot be read, after the frames that could.
     """
+    if isinstance(path, Remote):
+        yield from _read_remote(path)
+        return
     path = Path(path)
     try:
         with path.open("rb") as file:

@@ -35,11 +35,14 @@ class Detections:
         self.failed = 0
 
 
-def run_method(folder: StrPath, options: DetectionOptions, jobs: int | None) -> Detections:
+def run_method(
+    folder: StrPath, options: DetectionOptions, jobs: int | None, scheduler: str | None = None
+) -> Detections:
     """Detections of a method on all frames of a folder. Sources that fail are reported and counted."""
     detections = Detections(options.method)
     total, _ = batch.count_frames([folder])
-    for result in watched(batch.detect_all([folder], options, jobs), total, options.method, True):
+    results = batch.detect_all([folder], options, jobs, scheduler=scheduler)
+    for result in watched(results, total, options.method, True):
         if result.found is None:
             report(result.error)
             detections.failed += 1
