@@ -124,7 +124,7 @@ class Loop:
             odometry.at(camera.capture_us & m.COUNT_MAX)
         count = sensor.place(found)
         app.status.frame_done(count, sensor.rejected, detect_us)
-        doubted = sensor.navigator is not None and sensor.navigator.pose.carrier.doubted
+        doubted = sensor.navigator is not None and sensor.navigator.pose.carrier.shares.doubted
         if doubted:
             app.faults.begin(m.FAULT_ODOMETRY)
         else:

@@ -3,13 +3,16 @@
 from array import array
 
 from larics.locate.camera_model import Measurement
+from larics.locate.coasting import Coasting
 from larics.locate.localizer import Localizer
 from larics.locate.marker_map import MarkerMap
+from larics.locate.matching import Gate, Matching
 from larics.locate.motion import Motion, grown
 from larics.locate.navigator import Navigator
 from larics.locate.noise import Residuals
 from larics.locate.route import Route
 from larics.locate.uncertainty import Systematic
+from larics.marker.detection import NO_SIGMA
 from larics.wire.messages import COASTING, LOST, MOTION_NONE, TRACKING
 
 ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000))
@@ -48,13 +51,18 @@ def test_silence_and_the_longest_coasting():
         assert found.update([], 0, time_us + passed_us) == expected, passed_us
 
 
-def is_near(x=0, y=0, heading=0, time_h=0, speed=0, sure=False, state=LOST, sigma=(0, 0)):
+def is_near(
+    x=0, y=0, heading=0, time_h=0, speed=0, sure=False, sigma=(0, 0), way=None, told=(NO_SIGMA, NO_SIGMA)
+):
     """Whether the gate lets a place through that is so far off what was expected."""
-    found = Localizer(MarkerMap(ROWS))
-    found.state = state
-    found.sigma_mm10, found.sigma_cdeg = sigma
-    found._seen[0], found._seen[1], found._seen[2] = 7000 + x, -500 + y, (100 + heading) % 36000
-    return found._is_near(0, (7000, -500, 100), time_h, speed, sure)
+    found, gate, measurement = Matching(MarkerMap(ROWS), 0, 20), Gate(), measured(3, 0)
+    measurement.sigma_mm10, measurement.sigma_mdeg = told
+    if way is None:
+        gate.open_for_time(*sigma, time_h, speed)
+    else:
+        gate.open_for_way(*sigma, way)
+    found.seen[0], found.seen[1], found.seen[2] = 7000 + x, -500 + y, (100 + heading) % 36000
+    return found._is_near(0, (7000, -500, 100), gate, measurement, sure)
 
 
 def test_the_gate_of_the_pose():
@@ -62,10 +70,16 @@ def test_the_gate_of_the_pose():
         ({}, 500, 500),
         ({"time_h": 1000}, 500 + 249, 500 + 360),  # half of 5 m/s2 and of 720 degrees/s2, by 0.1 s squared
         ({"speed": 2000, "time_h": 100}, 500 + 200 + 2, 500 + 3),
-        ({"state": TRACKING, "sigma": (20, 30)}, 500 + 120, 500 + 180),  # six sigma,
-        ({"state": TRACKING, "sigma": (5000, 5000)}, 500 + 6000, 500 + 3000),  # of a bounded one
-        ({"state": TRACKING, "sigma": (5000, 5000), "sure": True}, 3000, 3000),
-        ({"sigma": (5000, 5000)}, 500, 500),  # lost: nothing is known
+        ({"sigma": (20, 30)}, 500 + 120, 500 + 180),  # six sigma,
+        ({"sigma": (5000, 5000)}, 500 + 6000, 500 + 3000),  # of a bounded one
+        ({"sigma": (5000, 5000), "sure": True}, 3000, 3000),
+        ({"told": (20, 300)}, 500 + 120, 500 + 180),  # and six of the measurement's
+        ({"told": (5000, 50000)}, 500 + 6000, 500 + 3000),
+        ({"way": 0}, 150, 200),
+        ({"way": 1000, "sigma": (20, 30)}, 150 + 500 + 120, 200 + 300 + 180),  # with odometry by the way
+        ({"way": 9000, "sigma": (9999, 600)}, 150 + 2000 + 30000, 200 + 1200 + 3000),
+        ({"way": 9000, "sigma": (900, 0), "sure": True}, 3000, 1400),
+        ({"way": 9000, "sigma": (1100, 0), "sure": True}, 3300, 1400),
     ):
         for sign in (1, -1):
             for distance, expected in ((0, True), (1, False)):
@@ -79,7 +93,7 @@ def test_a_far_place_is_believed_with_a_second_frame():
         found, time_us = standing(60)
         states = []
         for k in range(frames):
-            found.sigma_mm10 = 5000  # so that the gate itself is wider
+            found._last.scatter_mm10 = 5000  # so that the gate itself is wider
             found.update([measured(3, -off_mm10)], 1, time_us + (k + 1) * FRAME_US)
             states.append((found.state, abs(found.x_mm10 - off_mm10) < 2))
         assert states[-1] == (TRACKING, True), (off_mm10, states)
@@ -92,8 +106,21 @@ def test_sigma_begins_and_ends_with_what_is_typical():
     found, time_us = standing(300)
     assert (found.sigma_mm10, found.sigma_cdeg) == (3, 2)
     found.update([], 0, time_us + 1000000)
-    assert abs(found.sigma_mm10 - 3 - 1500) <= 8, found.sigma_mm10  # half of 0.3 m/s2 in a second
-    assert abs(found.sigma_cdeg - 2 - 3000) <= 8, found.sigma_cdeg  # half of 60 degrees/s2
+    assert abs(found.sigma_mm10 - 3 - 24) <= 2, found.sigma_mm10  # half of 5 mm/s2 in a second
+    assert abs(found.sigma_cdeg - 2 - 150) <= 2, found.sigma_cdeg  # half of 3 degrees/s2
+
+
+def test_sigma_grows_with_the_speed_and_the_turn():
+    for forward, turn, place_mm10, turned_cdeg in (
+        (10000, 0, 20 + 312, 150 + 1250),  # 1 m/s: half of 62.5 mm/s2, and of 25 degrees/s2
+        (100000, 0, 20 + 7812, 150 + 6250),  # 5 m/s at most
+        (10000, 9000, 20 + 312 + 3900, 150 + 1250 + 4500),  # and half of what it takes to turn like this
+    ):
+        coasting = Coasting(0)
+        coasting.known = 2
+        coasting._motion.forward, coasting._motion.turn = forward, turn
+        assert abs(coasting.grown_mm10(10000) - place_mm10) <= place_mm10 >> 6, coasting.grown_mm10(10000)
+        assert abs(coasting.grown_cdeg(10000) - turned_cdeg) <= turned_cdeg >> 6
 
 
 class Carrier:
@@ -101,11 +128,13 @@ class Carrier:
 
     state = MOTION_NONE + 1
     doubted = False
+    shares = None
 
     def __init__(self, x_mm10, y_mm10, cdeg):
         self.sigma_x_mm10, self.sigma_y_mm10, self.sigma_cdeg = x_mm10, y_mm10, cdeg
 
-    def move(self, odometry):
+    def move(self, odometry, time_us):
+        self.shares = self
         return True
 
 
@@ -118,7 +147,7 @@ def test_odometry_carries_the_pose_on_up_to_a_sigma():
     ):
         found, _ = standing(5)
         found.carrier = Carrier(*sigmas)
-        assert found._is_carried(found.carrier) == expected, sigmas
+        assert found._is_carried(found.carrier, 0) == expected, sigmas
         assert found.state == (TRACKING if expected else LOST)
 
 

@@ -1,175 +1,108 @@
 """Poses carried by odometry, in simulated drives: errors, honest sigmas, pushes, and wrong odometry."""
 
-import math
 import random
 
 import numpy as np
 import pytest
 
 from larics.locate.camera_model import Measurement
-from larics.locate.carrier import Carrier
+from larics.locate.carrier import Carrier, Fix
 from larics.locate.localizer import Localizer
 from larics.locate.marker_map import MarkerMap
 from larics.locate.uncertainty import OdometryNoise
-from larics.wire.messages import (
-    CARRIED,
-    COASTING,
-    LOST,
-    MOTION_INTERPOLATED,
-    MOTION_NONE,
-    TRACKING,
-)
+from larics.wire.messages import CARRIED, COASTING, LOST, MOTION_INTERPOLATED, MOTION_NONE, TRACKING
 from tests.host.small_int import Small
-
-STEP_S = 0.01
-TRACK_MM = 300.0
+from tools.odometry_drives import Ceiling, Wheels, between, covered, drive, p95_mm, path, tracked
 
 
-class Wheels:
-    """What larics.locate.odometry.Odometry tells of an exposure."""
-
-    def __init__(self):
-        self.state, self.epoch, self.jumps = MOTION_INTERPOLATED, 1, 0
-        self.x_mm10 = self.y_mm10 = self.heading_cdeg = 0
-
-    def set(self, x_mm, y_mm, heading):
-        self.x_mm10, self.y_mm10 = round(x_mm * 10), round(y_mm * 10)
-        self.heading_cdeg = round(math.degrees(heading) * 100) % 36000
+def drives(speed, rate, seeds, **options):
+    return np.concatenate([drive(speed, rate, seed, **options)[0] for seed in seeds])
 
 
-def path(speed, seconds, seed, seen=True, factor=1.0):
-    """[(x, y, heading true; the same by odometry)] each STEP_S: wheels with 0.3 % bias and 2 % noise that
-    `seen` encoders measure, slips of 0.02 a metre; `factor` falsifies the odometry's forward way."""
-    rng = np.random.default_rng(seed)
-    bias, noise, turn = rng.normal(0, 0.003, 2), np.zeros(2), 0.0
-    true, told, found = np.zeros(3), np.zeros(3), []
-    for k in range(int(seconds / STEP_S)):
-        if k % 200 == 0:
-            turn = rng.uniform(-0.4, 0.4) * speed / 1000
-        keep = math.exp(-STEP_S / 0.08)
-        noise = noise * keep + rng.normal(0, 0.02 * math.sqrt(1 - keep * keep), 2)
-        wanted = np.array([speed - turn * TRACK_MM / 2, speed + turn * TRACK_MM / 2]) * STEP_S
-        driven = wanted * (1 + noise)
-        slip = np.zeros(2)
-        if rng.random() < 0.02 * speed / 1000 * STEP_S:
-            slip[rng.integers(2)] = rng.normal(0, 5)
-        for pose, wheels, scale in (
-            (true, driven, 1.0),
-            (told, (driven if seen else wanted) * (1 + bias) + slip, factor),
-        ):
-            forward, angle = wheels.mean() * scale, (wheels[1] - wheels[0]) / TRACK_MM
-            pose[0] += forward * math.cos(pose[2] + angle / 2)
-            pose[1] += forward * math.sin(pose[2] + angle / 2)
-            pose[2] += angle
-        found.append((*true, *told))
-    return found
-
-
-class Ceiling:
-    """Markers 2 to 5 m apart along a path, seen within 600 mm; map and camera off by their usual errors."""
-
-    def __init__(self, found, seed):
-        rng = self.rng = np.random.default_rng(seed + 77)
-        self.marks, way, following = [], 0.0, rng.uniform(200, 800)
-        for before, now in zip(found, found[1:], strict=False):
-            way += math.dist(before[:2], now[:2])
-            if way > following:
-                place = np.array(now[:2]) + rng.uniform(-200, 200, 2)
-                if all(math.dist(place, one[:2]) > 600 for one in self.marks):
-                    self.marks.append((*place, rng.uniform(0, 360)))
-                following = way + rng.uniform(2000, 5000)
-        rows = [
-            (k + 1, round(x + rng.normal(0, 1)), round(y + rng.normal(0, 1)),
-             round((turn + rng.normal(0, 0.1)) * 100) % 36000)
-            for k, (x, y, turn) in enumerate(self.marks)
-        ]  # fmt: skip
-        self.localizer = Localizer(MarkerMap(rows))
-        self.focal = rng.normal(0, 0.001)
-        self.tilt_mm = rng.normal(0, math.radians(0.05), 2) * 3000
-
-    def see(self, x, y, heading):
-        seen = []
-        for k, (mark_x, mark_y, turn) in enumerate(self.marks):
-            dx, dy = mark_x - x, mark_y - y
-            if math.hypot(dx, dy) > 600:
-                continue
-            c, s = math.cos(heading), math.sin(heading)
-            offset = np.array([c * dx + s * dy, c * dy - s * dx]) * (1 + self.focal) + self.tilt_mm
-            offset += self.rng.normal(0, 0.4, 2)
-            one = Measurement()
-            one.marker_id = k + 1
-            one.offset_x_mm10, one.offset_y_mm10 = (round(value * 10) for value in offset)
-            one.heading_cdeg = round((turn - math.degrees(heading) + self.rng.normal(0, 0.04)) * 100) % 36000
-            one.height_mm10 = one.ring_height_mm10 = 30000
-            seen.append(one)
-        return seen
-
-
-def drive(speed, rate, seed, use=True, seconds=40, **options):
-    """[(state, error x mm, y mm, deg, sigma x mm, y mm, deg)] of each frame after the first marker."""
-    found = path(speed, seconds, seed, **options)
-    ceiling, wheels, frames = Ceiling(found, seed), Wheels(), []
-    localizer = ceiling.localizer
-    for k in range(0, len(found), round(1 / rate / STEP_S)):
-        x, y, heading, *told = found[k]
-        wheels.set(*told)
-        seen = ceiling.see(x, y, heading)
-        state = localizer.update(seen, len(seen), round(k * STEP_S * 1e6), wheels if use else None)
-        if state != TRACKING and not frames:
-            continue
-        carrier = localizer.carrier
-        turned = (localizer.heading_cdeg / 100 - math.degrees(heading) + 180) % 360 - 180
-        sigmas = (localizer.sigma_mm10 / 10, localizer.sigma_mm10 / 10, localizer.sigma_cdeg / 100)
-        if localizer.carried:
-            sigmas = (carrier.sigma_x_mm10 / 10, carrier.sigma_y_mm10 / 10, carrier.sigma_cdeg / 100)
-        frames.append((state, localizer.x_mm10 / 10 - x, localizer.y_mm10 / 10 - y, turned, *sigmas))
-    return np.array(frames), localizer
-
-
-def between(frames):
-    return frames[(frames[:, 0] == CARRIED) | (frames[:, 0] == COASTING)]
-
-
-def p95_mm(frames):
-    return np.percentile(np.hypot(frames[:, 1], frames[:, 2]), 95)
-
-
-def covered(frames):
-    """Shares of x, y and heading within two of their own sigmas."""
-    return np.mean(np.abs(frames[:, 1:4]) <= 2 * frames[:, 4:7], axis=0)
-
-
-@pytest.mark.parametrize("speed, rate, most_mm", [(1000, 2.8, 40), (1000, 20, 40), (2000, 20, 60)])
+@pytest.mark.parametrize("speed, rate, most_mm", [(200, 2.8, 20), (1000, 2.8, 40), (2000, 20, 60)])
 def test_between_markers_the_pose_is_right_and_says_how_right(speed, rate, most_mm):
-    frames = np.concatenate([drive(speed, rate, seed)[0] for seed in (5100, 5101, 5102)])
+    frames = drives(speed, rate, range(5100, 5106), slips_m=0, seconds=max(40, 15000 / speed))
     assert not np.any(frames[:, 0] == LOST)
     carried = between(frames)
-    assert len(carried) > 0.4 * len(frames) and p95_mm(carried) < most_mm
-    assert min(covered(carried)) > 0.9 and min(covered(frames[frames[:, 0] == TRACKING])) > 0.9
+    assert len(carried) > 0.3 * len(frames) and p95_mm(carried) < most_mm
+    assert min(covered(carried)) > 0.9
+    # systematic errors are drawn once a drive: of six drives some are further off
+    assert min(covered(tracked(frames))) > 0.8
+
+
+def test_the_systematic_errors_are_most_of_what_is_wrong_when_tracking():
+    exact = drives(1000, 20, range(5110, 5113), off=0.0, seconds=20)
+    off = drives(1000, 20, range(5110, 5113), seconds=20)
+    for frames in (exact, off):
+        assert 2.5 < np.median(tracked(frames)[:, 4]) < 4
+    assert p95_mm(tracked(exact)) < 1.5 and p95_mm(tracked(off)) > 3
 
 
 def test_without_odometry_it_is_as_before():
-    frames, localizer = drive(1000, 20, 5103, use=False)
-    assert not np.any(frames[:, 0] == CARRIED) and not localizer.carried
-    assert p95_mm(between(frames)) > 100
+    frames = drives(1000, 20, (5103, 5107), use=False)
+    assert not np.any(frames[:, 0] == CARRIED)
+    assert p95_mm(between(frames)) > 100 and min(covered(between(frames))) > 0.9
 
 
 def test_wheels_whose_noise_no_encoder_sees_make_sigma_larger():
-    seen = between(drive(2000, 20, 5104)[0])
-    frames = np.concatenate([between(drive(2000, 20, seed, seen=False)[0]) for seed in (5104, 5105)])
-    late = frames[len(frames) // 4 :]
-    assert p95_mm(frames) < 500 and min(covered(late)) > 0.8
-    assert np.median(late[:, 4]) > 3 * np.median(seen[:, 4])
+    seen = between(drives(2000, 20, range(5104, 5108), slips_m=0))
+    frames = between(drives(2000, 20, range(5104, 5110), seen=False))
+    assert p95_mm(frames) < 500 and min(covered(frames)) > 0.85
+    assert np.median(frames[:, 4]) > 3 * np.median(seen[:, 4])
 
 
-@pytest.mark.parametrize("factor", [-1.0, 10.0])
+@pytest.mark.parametrize("factor", [-1.0, 10.0, 0.1])
 def test_odometry_of_the_wrong_sign_or_unit_is_noticed_and_ignored(factor):
     frames, localizer = drive(1000, 20, 5106, factor=factor)
-    assert localizer.carrier.doubted and not localizer.carried
-    late = frames[len(frames) // 2 :]
-    assert not np.any(late[:, 0] == CARRIED) and np.any(late[:, 0] == TRACKING)
-    tracking = late[late[:, 0] == TRACKING]
-    assert p95_mm(tracking) < 20
+    assert localizer.carrier.shares.doubted and not localizer.carried
+    late = frames[len(frames) // 4 :]
+    assert not np.any(late[:, 0] == CARRIED)
+    assert p95_mm(tracked(late)) < 20
+
+
+def test_it_is_believed_again_when_it_fits_again():
+    good, bad = (path(1000, 30, 5108, factor=factor) for factor in (1.0, 10.0))
+    ceiling, wheels = Ceiling(good, 5108), Wheels()
+    doubted, states = [], []
+    for k in range(0, len(good), 5):
+        x, y, heading, *told = (bad if k < 1000 else good)[k]
+        wheels.set(*told)
+        wheels.epoch = 1 if k < 1000 else 2
+        seen = ceiling.see(x, y, heading)
+        states.append(ceiling.localizer.update(seen, len(seen), k * 10000, wheels))
+        doubted.append(ceiling.localizer.carrier.shares.doubted)
+    assert any(doubted[:200]) and not any(doubted[-150:]) and CARRIED in states[-150:]
+
+
+def test_one_push_is_no_wrong_odometry():
+    localizer, wheels, one = a_drive_to_a_marker()
+    for k in range(6, 200):
+        if k % 60 == 0:  # it is put below the other marker, where it drives on
+            one.marker_id = 5 - (one.marker_id or 2) if one.marker_id in (2, 3) else 2
+        wheels.x_mm10 += 200
+        one.offset_x_mm10 = -200 * (k % 60)
+        localizer.update([one], 1, k * 50000, wheels)
+        assert not localizer.carrier.shares.doubted, k
+    assert localizer.state == TRACKING
+
+
+def test_shares_of_the_odometry_are_learned():
+    """Scale and drift by the ways from marker to marker, the turn on the spot below one."""
+    localizer, wheels, one = a_drive_to_a_marker()
+    for k in range(160):  # two turns, of which odometry tells 1 % more
+        one.heading_cdeg = -450 * k % 36000
+        wheels.heading_cdeg = 454 * k % 36000
+        localizer.update([one], 1, (6 + k) * 50000, wheels)
+    shares = localizer.carrier.shares
+    assert abs(shares.turn.value_q20 / 2**20 + 4 / 454) < 0.002 and shares.turn.sigma_q20 < 4000
+    frames, localizer = drive(1000, 20, 5111, slips_m=0, bias=0.01, off=0.2)
+    shares, off = localizer.carrier.shares, np.random.default_rng(5111).normal(0, 0.01, 2)
+    for share, true in (
+        (shares.scale, 1 / (1 + off.mean()) - 1),
+        (shares.drift, -(off[1] - off[0]) / 300 * 1000),
+    ):
+        assert abs(share.value_q20 / 2**20 - true) < 3 * share.sigma_q20 / 2**20 + abs(true) / 20
+        assert abs(share.value_q20 / 2**20 - true) < abs(true) / 2
 
 
 def a_drive_to_a_marker():
@@ -224,21 +157,43 @@ def test_frames_without_odometry_coast_and_are_caught_up_with():
 @pytest.mark.parametrize("seed", range(30))
 def test_every_intermediate_is_a_small_integer(seed):
     rng = random.Random(seed)
-    carrier, wheels = Carrier(OdometryNoise()), Wheels()
+    model = OdometryNoise()
+    if seed % 3:
+        share, low = rng.choice((-100000, 100000)), rng.choice((0, 1, 100000))
+        model = OdometryNoise(
+            share, -share, rng.choice((-15000, 15000)), low, low, low // 7, rng.choice((0, 1, 250000)),
+            rng.choice((0, 10000)), rng.choice((20, 5000)),
+        )  # fmt: skip
+    for name, value in vars(model).items():
+        setattr(model, name, Small(value))
+    carrier, wheels, fix = Carrier(model), Wheels(), Fix()
     wheels.x_mm10 = wheels.y_mm10 = wheels.heading_cdeg = Small(0)
-    carrier.move(wheels)
+    now_us = Small(5)
+    carrier.move(wheels, now_us)
     far = 1 << 27
     for _ in range(8):
-        x, y = Small(rng.choice((-far, far, 0))), Small(rng.choice((-far, far, 0)))
+        fix.x_mm10, fix.y_mm10 = Small(rng.choice((-far, far, 0))), Small(rng.choice((-far, far, 0)))
         if rng.random() < 0.7:  # near to where it was carried
-            x, y = Small(carrier.x_mm10 + rng.randint(-900, 900)), Small(carrier.y_mm10)
-        sigmas = Small(rng.choice((0, 20, 65535))), Small(rng.choice((0, 15, 65535)))
-        carrier.fix(x, y, Small(rng.randrange(36000)), *sigmas, Small(29), Small(12))
+            fix.x_mm10, fix.y_mm10 = Small(carrier.x_mm10 + rng.randint(-900, 900)), Small(carrier.y_mm10)
+        fix.heading_cdeg, fix.entry = Small(rng.randrange(36000)), Small(rng.randint(1, 3))
+        fix.scatter_mm10, fix.scatter_cdeg = (
+            Small(rng.choice((0, 20, 20000))),
+            Small(rng.choice((0, 15, 18000))),
+        )
+        fix.certain_mm10, fix.certain_cdeg = (
+            Small(rng.choice((0, 29, 30000))),
+            Small(rng.choice((0, 12, 12728))),
+        )
+        fix.moved = rng.random() < 0.3
+        carrier.fix(fix)
         step, turn = rng.choice((30, 100, 3000, 99999)), rng.choice((5, 300, 18000))
         for _ in range(rng.choice((1, 5, 40))):
             wheels.x_mm10 = Small(int(wheels.x_mm10) + rng.randint(-step // 8, step))
             wheels.y_mm10 = Small(int(wheels.y_mm10) + rng.randint(-step // 8, step // 8))
             wheels.heading_cdeg = Small((int(wheels.heading_cdeg) + rng.randint(-turn, turn)) % 36000)
-            carrier.move(wheels)
-        for name, value in vars(carrier).items():
-            assert name == "_model" or isinstance(value, bool) or abs(value) < 1 << 30, name
+            now_us = Small((int(now_us) + rng.choice((0, 1000, 50000, 400000000))) & 0x3FFFFFFF)
+            carrier.move(wheels, now_us)
+        shares = carrier.shares
+        for part in (carrier, shares, shares.scale, shares.turn, shares.drift):
+            numbers = {name: value for name, value in vars(part).items() if isinstance(value, int)}
+            assert len(numbers) > 4 and all(abs(value) < 1 << 30 for value in numbers.values()), numbers

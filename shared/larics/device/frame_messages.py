@@ -120,16 +120,11 @@ class Reports:
             values[_POSE_X_MM10] = localizer.x_mm10
             values[_POSE_Y_MM10] = localizer.y_mm10
             values[_POSE_HEADING_CDEG] = localizer.heading_cdeg
-        values[_POSE_SIGMA_X_MM10] = values[_POSE_SIGMA_Y_MM10] = localizer.sigma_mm10
-        values[_POSE_CORRELATION_Q14] = 0
-        values[_POSE_WAY_MM] = m.WAY_UNKNOWN
-        if localizer.carried:
-            carrier = localizer.carrier
-            values[_POSE_SIGMA_X_MM10] = min(m.SIGMA_UNKNOWN, carrier.sigma_x_mm10)
-            values[_POSE_SIGMA_Y_MM10] = min(m.SIGMA_UNKNOWN, carrier.sigma_y_mm10)
-            values[_POSE_CORRELATION_Q14] = carrier.correlation_q14
-            values[_POSE_WAY_MM] = carrier.way_mm
-        values[_POSE_SIGMA_CDEG] = localizer.sigma_cdeg
+        values[_POSE_SIGMA_X_MM10] = min(m.SIGMA_UNKNOWN, localizer.sigma_x_mm10)
+        values[_POSE_SIGMA_Y_MM10] = min(m.SIGMA_UNKNOWN, localizer.sigma_y_mm10)
+        values[_POSE_CORRELATION_Q14] = localizer.correlation_q14
+        values[_POSE_SIGMA_CDEG] = min(m.SIGMA_UNKNOWN, localizer.sigma_cdeg)
+        values[_POSE_WAY_MM] = localizer.way_mm
         values[_POSE_ROUTE_POSITION] = navigator.route_position
         values[_POSE_NEXT_CDEG] = navigator.next_cdeg
         self._outbox.add(m.POSE, values)

@@ -1,9 +1,9 @@
 """The pose carried from marker to marker by the vehicle's odometry, with its covariance, in integers.
 
 A marker sets pose and covariance; each way and turn since moves the pose and lets the covariance grow by a
-model of two wheels: noise in proportion to the way, and two systematic shares, of the scale and of drift in
-turn per way. All three are learned from how far the next marker lies off: encoders that do not see what the
-wheels do make the noise a hundred times larger. What is known beforehand is larics.locate.uncertainty's.
+model of two wheels: noise in proportion to the way, and systematic shares of way and turn, which
+larics.locate.odometry_shares learns. How loud the noise is shows at the next marker: encoders that do not see
+what the wheels do make it a hundred times larger. What is known beforehand is in larics.locate.uncertainty.
 
 Way is in 0.1 mm Q4, heading in 0.01 degrees Q6, covariance in mm2 Q4, mm mrad Q5 and mrad2 Q8, shares in Q20;
 every intermediate stays within 30 bits. Nothing is allocated.
@@ -15,135 +15,142 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
-from larics.locate.odometry import length
-from larics.locate.uncertainty import log2_q4
+from larics.locate.motion import scaled_q14
+from larics.locate.odometry_shares import OdometryShares, mrad_q4
+from larics.locate.uncertainty import log2_q4, times_q4
 from larics.wire.messages import WAY_UNKNOWN
 
 _STEP_MM10 = const(640)  # of way, after which the covariance grows
 _WAY_NOISE_Q20 = const(2097)  # 0.0025 mm2 of variance a mm of way and wheel, OdometryNoise's unit
 _TURN_NOISE_Q16 = const(93207)  # ... with a track of 300 mm
-_LOUDEST_Q4 = const(160)  # the noise at most 2**10 times that
-_DOUBTED_Q4 = const(144)  # more than any wheels make: a wrong unit, sign or axis
-_MOST_ADDED = const(1 << 24)  # to a variance at once
-_ABSURD_Q4 = const(112)  # eleven sigma are no slip
+_LOUDEST_Q4 = const(176)  # the noise at most 2**11 times that of the settings, or as much less
+_MOVED_Q4 = const(24)  # at most so much louder by a vehicle that was not where it was expected
+_QUIETER_Q4 = const(-64)
+_LEGS = const(6)  # over which it is averaged
 _MOST = const(1 << 25)  # 1.4 m ...
 _MOST_TURN = const(1 << 27)  # ... and 41 degrees: products stay within 30 bits
 _LEARN_MM10 = const(3000)  # a shorter way teaches nothing
 _MOST_MM10 = const(7000)  # of one increment
 
 
-def scaled_q14(value, factor_q14):
-    """value * factor / 2**14 for |value| < 2**30, |factor| <= 2**14."""
-    return (value >> 14) * factor_q14 + ((value & 16383) * factor_q14 >> 14)
+class Fix:
+    """Where markers put the vehicle: place and heading, the entry of the map, the standard deviations of what
+    scatters and of what does not, and whether it was expected elsewhere."""
 
-
-def _mrad_q4(cdeg):
-    return (cdeg << 4) * 2860 >> 14
-
-
-def _times_q4(value, log2_q4):
-    """value (below 2**24) times 2**(log2_q4 / 16), to 1.06, at most _MOST_ADDED."""
-    value = value * (16 + (log2_q4 & 15)) >> 4
-    whole = log2_q4 >> 4
-    if whole <= 0:
-        return min(_MOST_ADDED, value >> min(30, -whole))
-    while whole and value < _MOST_ADDED:
-        value <<= 1
-        whole -= 1
-    return min(_MOST_ADDED, value)
+    def __init__(self):
+        self.x_mm10 = self.y_mm10 = self.heading_cdeg = 0
+        self.entry = -1
+        self.scatter_mm10 = self.scatter_cdeg = 0
+        self.certain_mm10 = self.certain_cdeg = 0
+        self.moved = False
 
 
 class Carrier:
-    """`fix` with each marker, `move` with the odometry of each frame. noise: uncertainty.OdometryNoise.
+    """`fix` with each marker, `move` with the odometry of each frame. model: uncertainty.OdometryNoise.
 
-    begun                           whether there was any odometry
     known                           whether there is a pose to carry
     x_mm10, y_mm10, heading_cdeg    after `move`
     sigma_x_mm10, sigma_y_mm10, sigma_cdeg, correlation_q14
-    doubted                         whether the odometry contradicts the markers by more than any noise
     way_mm                          since the marker, at most WAY_UNKNOWN
+    shares                          odometry_shares.OdometryShares
     """
 
-    def __init__(self, noise):
-        self._model = noise
+    def __init__(self, model):
+        self._model = model
+        self.shares = OdometryShares(model)
         self.known = False
         self.x_mm10 = self.y_mm10 = self.heading_cdeg = 0
         self.sigma_x_mm10 = self.sigma_y_mm10 = self.sigma_cdeg = self.correlation_q14 = 0
         self.way_mm = 0
-        self.doubted = False
-        self._scale_q20, self._scale_sigma_q20 = noise.scale_q20, noise.scale_sigma_q20
-        self._drift_q20, self._drift_sigma_q20 = noise.drift_q20, noise.drift_sigma_q20
-        self._noise_q4 = noise.noise_q4
-        self._certain_mm10 = self._certain_cdeg = 0  # systematic, of the marker's place and heading
+        self._loud_q4 = 0  # binary logarithm of the noise against that of the model
+        self._legs = 0
+        self._odometry = None
         self._epoch = self._jumps = -1
-        self.begun = False
-        self._last_x = self._last_y = self._last_heading = 0
+        self._last_x = self._last_y = self._last_heading = self._last_us = 0
         self._x0 = self._y0 = self._heading_q6 = 0
         self._rx = self._ry = self._px = self._py = 0
-        self._way = self._since = 0
+        self._way = self._since = self._turned = self._turned_most = 0
+        self._speed_mm_s = 0
         self._xx = self._xy = self._yy = self._xt = self._yt = self._tt = 0
         self._a = self._b = 0
 
-    def fix(self, x_mm10, y_mm10, heading_cdeg, sigma_mm10, sigma_cdeg, systematic_mm10, systematic_cdeg):
-        """A marker put the vehicle there, with that scatter, and with what does not scatter."""
-        self._certain_mm10 = min(systematic_mm10, 10000)
-        self._certain_cdeg = min(systematic_cdeg, 3000)
+    def fix(self, fix):
+        """A marker put the vehicle there, a Fix. Learns from it."""
+        if self._odometry is None:
+            return
         if self.known and self._way > _LEARN_MM10:
-            self._learn(x_mm10, y_mm10, heading_cdeg)
-        self._x0, self._y0 = x_mm10, y_mm10
-        self._heading_q6 = heading_cdeg << 6
+            self._hear_noise(fix)
+        self.shares.compare(fix, self._odometry, self._model.at_speed_q4(self._speed_mm_s), self._loud_q4)
+        self._x0, self._y0 = fix.x_mm10, fix.y_mm10
+        self._heading_q6 = fix.heading_cdeg << 6
         self._rx = self._ry = self._px = self._py = 0
-        self._way = self._since = 0
-        sigma_mm10, sigma_cdeg = min(sigma_mm10, 10000), min(sigma_cdeg, 3000)
-        variance = self._certain_mm10 * self._certain_mm10 + sigma_mm10 * sigma_mm10
-        self._xx = self._yy = variance // 100 << 4 if variance > 1 << 25 else (variance << 4) // 100
+        self._way = self._since = self._turned = self._turned_most = 0
+        self._xx = self._yy = _variance_q4(fix)
         self._xy = self._xt = self._yt = 0
-        one, other = _mrad_q4(self._certain_cdeg), _mrad_q4(sigma_cdeg)
-        self._tt = one * one + other * other
+        self._tt = _variance_of_heading_q8(fix)
         self._a = self._b = 0
         self.known = True
         self._tell()
 
-    def move(self, odometry):
-        """Carries the pose on to the odometry's; False when that has jumped, so that nothing is known."""
-        if odometry.epoch != self._epoch or odometry.jumps != self._jumps or not self.begun:
+    def move(self, odometry, time_us):
+        """Carries the pose on to the odometry's at that time (modulo 2**30); False when that has jumped: then
+        nothing is known."""
+        if odometry.epoch != self._epoch or odometry.jumps != self._jumps or self._odometry is None:
             self._epoch, self._jumps = odometry.epoch, odometry.jumps
-            self.begun = True
-            self.known = False
+            self._odometry = odometry
+            self._forget()
         else:
-            self._carry(odometry)
+            self._carry(odometry, max(1, ((time_us - self._last_us) & 0x3FFFFFFF) // 1000))
         self._last_x, self._last_y = odometry.x_mm10, odometry.y_mm10
         self._last_heading = odometry.heading_cdeg
+        self._last_us = time_us
         if self.known:
             self._tell()
         return self.known
 
-    def _carry(self, odometry):
+    def _forget(self):
+        self.known = False
+        self.shares.forget_anchor()
+
+    def _carry(self, odometry, passed_ms):
         dx, dy = odometry.x_mm10 - self._last_x, odometry.y_mm10 - self._last_y
         turn_cdeg = wrap_cdeg(odometry.heading_cdeg - self._last_heading)
+        if dx == 0 and dy == 0 and turn_cdeg == 0:
+            return
         if abs(dx) > 100000 or abs(dy) > 100000:  # 10 m between two frames: no way for a covariance
-            self.known = False
+            self._forget()
             return
         middle = turn16_from_cdeg(self._last_heading + turn_cdeg // 2)
         sin, cos = sin_q14(middle), cos_q14(middle)
         forward = scaled_q14(dx << 4, cos) + scaled_q14(dy << 4, sin)
         left = scaled_q14(dy << 4, cos) - scaled_q14(dx << 4, sin)
+        if abs(forward) + abs(left) < _MOST_MM10 << 4:
+            self._advance(forward, left, turn_cdeg, passed_ms)
+            return
         parts = 1 + (abs(forward) + abs(left)) // (_MOST_MM10 << 4)
         for k in range(parts):  # long increments in pieces, so that the covariance follows the way
             self._advance(
                 forward * (k + 1) // parts - forward * k // parts,
                 left * (k + 1) // parts - left * k // parts,
                 turn_cdeg * (k + 1) // parts - turn_cdeg * k // parts,
+                max(1, passed_ms // parts),
             )
 
-    def _advance(self, forward, left, turn_cdeg):
+    def _advance(self, forward, left, turn_cdeg, passed_ms):
         """An increment in the vehicle frame: 0.1 mm Q4, 0.01 degrees."""
+        shares = self.shares
         forward_mm10 = forward >> 4
-        forward += scaled_q14(forward, self._scale_q20 >> 6)
-        left += scaled_q14(left, self._scale_q20 >> 6)
+        way = max(abs(forward_mm10), abs(turn_cdeg) * self._model.half_track_mm // 573)
+        shares.carry(forward_mm10, way, turn_cdeg)
+        self._speed_mm_s = min(8000, way * 100 // passed_ms)
+        if not self.known:
+            return
+        scale_q14 = shares.scale.value_q20 >> 6
+        forward += scaled_q14(forward, scale_q14)
+        left += scaled_q14(left, scale_q14)
         turn_q6 = turn_cdeg << 6
-        turn_q6 += scaled_q14(turn_q6, self._model.turn_q20 >> 6)
-        turn_q6 += ((self._drift_q20 >> 4) * forward_mm10 >> 10) * 37 >> 6
+        turn_q6 += scaled_q14(turn_q6, shares.turn.value_q20 >> 6)
+        turn_q6 += ((shares.drift.value_q20 >> 4) * forward_mm10 >> 10) * 37 >> 6
         middle = turn16_from_cdeg(self._heading_q6 + turn_q6 // 2 >> 6)
         sin, cos = sin_q14(middle), cos_q14(middle)
         dx = scaled_q14(forward, cos) - scaled_q14(left, sin)
@@ -153,9 +160,10 @@ class Carrier:
         self._px += dx
         self._py += dy
         self._heading_q6 = (self._heading_q6 + turn_q6) % 2304000
-        way = max(abs(forward_mm10), abs(turn_cdeg) * self._model.half_track_mm // 573)
         self._way = min(1 << 24, self._way + way)
         self._since += way
+        self._turned = max(-200000, min(200000, self._turned + turn_cdeg))
+        self._turned_most = max(self._turned_most, abs(self._turned))
         if self._since >= _STEP_MM10:
             self._grow()
 
@@ -165,22 +173,23 @@ class Carrier:
             return  # it is of no use any more
         mx = max(-16384, min(16384, (max(-160000, min(160000, self._px)) >> 4) * 26843 >> 14))
         my = max(-16384, min(16384, (max(-160000, min(160000, self._py)) >> 4) * 26843 >> 14))
-        since = min(self._since, 11000)
-        added = _times_q4(since * _WAY_NOISE_Q20 >> 10, self._noise_q4) >> 10
-        turned = _times_q4(since * _TURN_NOISE_Q16 >> 14, self._noise_q4 + self._model.track_q4) >> 2
-        way_mm = min(self._way // 10, 20000)  # further, the systematic shares grow no more: it is lost before
-        a = self._scale_sigma_q20 * way_mm >> 16
-        b = self._drift_sigma_q20 * way_mm >> 16
-        a, b = min(a, 32767), min(b, 32767)
+        since = max(1, min(self._since, 11000))
+        noise_q4 = self._model.at_speed_q4(self._speed_mm_s) + self._loud_q4
+        added = times_q4(since * _WAY_NOISE_Q20 >> 10, noise_q4) >> 10
+        turned = times_q4(since * _TURN_NOISE_Q16 >> 14, noise_q4 + self._model.track_q4) >> 2
+        way_mm = min(self._way // 10, 16383)  # further, the systematic shares grow no more: it is lost before
+        shares = self.shares
+        a = min(32767, (shares.scale.sigma_q20 >> 3) * way_mm >> 13)
+        b = shares.drift.variance_q8(way_mm) + shares.turn.variance_q8(mrad_q4(self._turned_most) >> 4)
         added += (a * a >> 4) - (self._a * self._a >> 4)
-        turned += b * b - self._b * self._b
+        turned += max(0, b - self._b)
         self._a, self._b = a, b
         self._tt += turned >> 1
         xt, yt = self._xt, self._yt
         self._xt = xt - (scaled_q14(self._tt, my) >> 3)
         self._yt = yt + (scaled_q14(self._tt, mx) >> 3)
-        self._xx += added - (scaled_q14(xt + self._xt, my) >> 1)
-        self._yy += added + (scaled_q14(yt + self._yt, mx) >> 1)
+        self._xx += max(0, added) - (scaled_q14(xt + self._xt, my) >> 1)
+        self._yy += max(0, added) + (scaled_q14(yt + self._yt, mx) >> 1)
         self._xy += (scaled_q14(self._xt, mx) >> 1) - (scaled_q14(yt, my) >> 1)
         self._tt += turned - (turned >> 1)
         self._since = 0
@@ -201,55 +210,36 @@ class Carrier:
         self.correlation_q14 = max(-16384, min(16384, (xy << 14) // max(1, both)))
         self.way_mm = min(WAY_UNKNOWN, self._way // 10)
 
-    def _hear_noise(self, dx, dy, turn_q4):
-        """How far the marker is off, in squares of the sigma: the noise follows, slowly, so that a single
-        slip or a moved marker changes little."""
-        dx, dy = min(20000, abs(dx)), min(20000, abs(dy))
-        marker = self._certain_mm10 * self._certain_mm10 // 25 << 2
-        square_q4 = dx * dx // 25 * 64 // (self._xx + marker) + dy * dy // 25 * 64 // (self._yy + marker)
-        # the mean logarithm of such a square is -0.5
-        surprise_q4 = max(-64, log2_q4(min(1 << 19, (square_q4 + turn_q4) // 3), 16)) + 8
-        step_q4 = max(-4, min(48 if surprise_q4 > _ABSURD_Q4 else 20, surprise_q4 // 3))
-        self._noise_q4 = max(self._model.noise_q4, min(_LOUDEST_Q4, self._noise_q4 + step_q4))
-        self.doubted = self._noise_q4 >= _DOUBTED_Q4
-
-    def _learn(self, x_mm10, y_mm10, heading_cdeg):
-        """The shares of scale and drift, from how far the marker is off."""
+    def _hear_noise(self, fix):
+        """How far the marker is off, in squares of the sigma: the noise follows, as a mean of logarithms, so
+        that a single slip or a moved marker changes little."""
         self._grow()
         self._tell()
-        off_cdeg = max(-6000, min(6000, wrap_cdeg(heading_cdeg - self.heading_cdeg)))
-        off = (off_cdeg << 4) * 2860 >> 14  # mrad Q4
-        way_mm = min(self._way // 10, 20000)
-        one = _mrad_q4(self._certain_cdeg)
-        total = self._tt + one * one
-        self._hear_noise(x_mm10 - self.x_mm10, y_mm10 - self.y_mm10, off * off // max(1, total >> 4))
-        if off * (off >> 3) < 9 * (total >> 3):
-            variance = (self._drift_sigma_q20 >> 4) * (self._drift_sigma_q20 >> 4) >> 16
-            gain = 1 << 14
-            if variance * way_mm < 1 << 28:
-                gain = min(gain, (variance * way_mm << 2) // max(1, total >> 6))
-            self._drift_q20 = max(-(1 << 18), min(1 << 18, self._drift_q20 + gain * off))
-            share = min(4096, gain * way_mm >> 4)
-            square = (self._drift_sigma_q20 >> 2) * (self._drift_sigma_q20 >> 2)
-            self._drift_sigma_q20 = max(64, isqrt(max(0, square - scaled_q14(square, share << 2))) << 2)
-        ahead, aside = self._rx >> 4, self._ry >> 4
-        if abs(ahead) > 120000 or abs(aside) > 120000:
-            return
-        distance = length(ahead, aside)
-        if distance <= _LEARN_MM10:
-            return
-        ux, uy = (ahead << 12) // distance, (aside << 12) // distance
-        dx, dy = x_mm10 - self.x_mm10, y_mm10 - self.y_mm10
-        if abs(dx) > 20000 or abs(dy) > 20000:
-            return
-        along = dx * ux + dy * uy >> 12
-        cc, ss, cs = ux * ux >> 10, uy * uy >> 10, ux * uy >> 10
-        total = scaled_q14(self._xx, cc) + 2 * scaled_q14(self._xy, cs) + scaled_q14(self._yy, ss)
-        total = max(1, total + (self._certain_mm10 * self._certain_mm10 // 25 << 2))
-        if along * along // 100 < 9 * (total >> 4):
-            spread = self._scale_sigma_q20 * (distance // 10) >> 14  # mm Q6
-            share = min(256, spread * spread // total)
-            moved = self._scale_q20 + share * ((along << 12) // distance)
-            self._scale_q20 = max(-(1 << 16), min(1 << 16, moved))
-            square = self._scale_sigma_q20 * self._scale_sigma_q20
-            self._scale_sigma_q20 = max(64, isqrt(square // 256 * (256 - share)))
+        dx = min(20000, abs(fix.x_mm10 - self.x_mm10))
+        dy = min(20000, abs(fix.y_mm10 - self.y_mm10))
+        off = mrad_q4(max(-6000, min(6000, wrap_cdeg(fix.heading_cdeg - self.heading_cdeg))))
+        place, turn = _variance_q4(fix), _variance_of_heading_q8(fix)
+        square_q4 = dx * dx // 25 * 64 // (self._xx + place) + dy * dy // 25 * 64 // (self._yy + place)
+        square_q4 += off * off // max(1, self._tt + turn >> 4)
+        # the mean logarithm of such a square is -0.5
+        surprise_q4 = max(-64, log2_q4(min(1 << 19, square_q4 // 3), 16)) + 18
+        if fix.moved:
+            step_q4 = min(_MOVED_Q4, surprise_q4)
+        else:
+            self._legs = min(_LEGS, self._legs + 1)
+            step_q4 = max(_QUIETER_Q4, surprise_q4) // self._legs
+        self._loud_q4 = max(-_LOUDEST_Q4, min(_LOUDEST_Q4, self._loud_q4 + step_q4))
+        self.shares.settle(self._loud_q4)
+
+
+def _variance_q4(fix):
+    """Of a Fix's place, along x and along y: mm2 Q4."""
+    scatter_mm10, certain_mm10 = min(fix.scatter_mm10, 10000), min(fix.certain_mm10, 10000)
+    variance = scatter_mm10 * scatter_mm10 + certain_mm10 * certain_mm10
+    return variance // 100 << 4 if variance > 1 << 25 else (variance << 4) // 100
+
+
+def _variance_of_heading_q8(fix):
+    """Of its heading: mrad2 Q8."""
+    scatter, certain = mrad_q4(min(fix.scatter_cdeg, 3000)), mrad_q4(min(fix.certain_cdeg, 3000))
+    return scatter * scatter + certain * certain

@@ -22,6 +22,11 @@ def times_q14(value, factor_q14):
     return ((value >> 6) * factor_q14 + ((value & 63) * factor_q14 >> 6) + 128) >> 8
 
 
+def scaled_q14(value, factor_q14):
+    """value * factor / 2**14 for |value| < 2**30, |factor| <= 2**14."""
+    return (value >> 14) * factor_q14 + ((value & 16383) * factor_q14 >> 14)
+
+
 def grown(acceleration, time_h, limit):
     """Half the acceleration (below 2**18) times the time squared, at most `limit`."""
     if time_h > 30000:

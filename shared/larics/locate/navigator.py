@@ -63,7 +63,7 @@ class Navigator:
         self._follow(measurements, count)
         position = self.route.position
         self.route_position = position if position >= 0 else ROUTE_NONE
-        pose.hint = self.route.entry(position)
+        pose.matching.hint = self.route.entry(position)
         self._aim(measurements, count)
         return state
 

@@ -17,6 +17,7 @@ _CDEG_PER_RAD = const(5730)
 _USUAL_NOISE = const(2500)  # mm2/km, the unit of OdometryNoise.noise_q4
 _USUAL_TRACK_MM = const(300)
 _NO_NOISE_Q4 = const(-192)
+_MOST = const(1 << 24)  # of what is multiplied
 
 
 class Systematic:
@@ -82,6 +83,18 @@ def _share_q20(ppm):
     return ppm * 4295 // 4096
 
 
+def times_q4(value, log2_q4):
+    """value (below 2**25) times 2**(log2_q4 / 16), to 1.06, at most _MOST."""
+    value = value * (16 + (log2_q4 & 15)) >> 4
+    whole = log2_q4 >> 4
+    if whole <= 0:
+        return min(_MOST, value >> min(30, -whole))
+    while whole and value < _MOST:
+        value <<= 1
+        whole -= 1
+    return min(_MOST, value)
+
+
 class OdometryNoise:
     """The model of two wheels: what is known to be wrong with the odometry, how well, and how it scatters.
 
@@ -93,7 +106,7 @@ class OdometryNoise:
 
     def __init__(
         self, scale_ppm=0, turn_ppm=0, drift_mdeg_m=0, scale_sigma_ppm=7000, turn_sigma_ppm=7000,
-        drift_sigma_mdeg_m=2700, noise_mm2_km=2500, speed_noise_us=0, track_mm=300,
+        drift_sigma_mdeg_m=2700, noise_mm2_km=2500, speed_noise_us=120, track_mm=300,
     ):  # fmt: skip
         self.scale_q20 = _share_q20(scale_ppm)
         self.turn_q20 = _share_q20(turn_ppm)
@@ -105,3 +118,10 @@ class OdometryNoise:
         self.speed_noise_us = speed_noise_us
         self.half_track_mm = max(1, track_mm // 2)
         self.track_q4 = 2 * log2_q4(_USUAL_TRACK_MM, track_mm)
+
+    def at_speed_q4(self, speed_mm_s):
+        """Binary logarithm of the noise at a speed, up to 8 m/s, against the usual one."""
+        if not self.speed_noise_us:
+            return self.noise_q4
+        hasty_q4 = log2_q4(self.speed_noise_us * speed_mm_s >> 7, _USUAL_NOISE >> 7)
+        return max(self.noise_q4, hasty_q4) + (16 if abs(self.noise_q4 - hasty_q4) < 8 else 0)

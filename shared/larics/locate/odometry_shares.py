@@ -1,0 +1,232 @@
+"""What the vehicle's odometry leaves out, learned between two markers or under one, in integers.
+
+Three shares: of the way (scale), of the turn (track) and of turn per way (drift). Each is the slope of a
+regression, over what odometry told, of what it missed by the markers, with a prior from the settings. Beside
+them: whether odometry and markers fit each other at all. A wrong unit, sign or axis does not; neither does a
+vehicle that is lifted, but that is once. Nothing is allocated.
+"""
+
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
+from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
+from larics.locate.motion import scaled_q14
+from larics.locate.odometry import length
+from larics.locate.uncertainty import times_q4
+
+_WINDOW_MM10 = const(6000)  # compared under one marker ...
+_LEAST_MM10 = const(3000)  # ... and from one to another
+_LEAST_MM = const(200)  # less way, straight ahead, teaches nothing
+_TURN_CDEG = const(6000)  # of a turn on the spot that is compared
+_FURTHEST_MM10 = const(160000)
+_MOST_MM = const(16383)
+_MOST_WEIGHT = const(1 << 19)  # a memory of some ten legs, and of 30 bits
+_MOST_VARIANCE = const(1 << 24)
+_APART_MM10 = const(600)  # wheels make no more than so much and a quarter of the way,
+_APART_CDEG = const(1000)  # and so much, a quarter of the turn and 6 degrees a metre
+_DOUBT = const(4)  # odometry is doubted after two legs that do not fit ...
+_BELIEF = const(2)
+_MOST_DOUBT = const(6)  # ... and believed after one or two that do
+
+
+def mrad_q4(cdeg):
+    """Hundredths of a degree, up to half a turn, in mrad Q4."""
+    return cdeg * 5719 >> 11
+
+
+class Share:
+    """A slope, Q20, and its standard deviation: value_q20, sigma_q20."""
+
+    def __init__(self, prior_q20, sigma_q20):
+        self.value_q20 = self._prior_q20 = prior_q20
+        self.sigma_q20 = self._prior_sigma_q20 = sigma_q20
+        root_q4 = min(1 << 14, (1 << 22) // max(1, sigma_q20))
+        self._prior_weight = root_q4 * root_q4 >> 8  # a sixteenth of the variance's inverse, as _weight
+        self._moment = self._weight = (
+            0  # sums over windows: told * missed / variance, told**2 / variance / 16
+        )
+
+    def learn(self, told, missed_q4, variance_q8):
+        """A window: what odometry told, what more there was by the markers (Q4, beyond the prior), and the
+        variance of that at the usual noise (Q8)."""
+        told = max(-_MOST_MM, min(_MOST_MM, told))
+        missed_q4 = max(-32767, min(32767, missed_q4))
+        variance_q4 = max(16, variance_q8 >> 4)
+        self._moment += told * missed_q4 // variance_q4
+        self._weight += told * told // variance_q4
+        while self._weight >= _MOST_WEIGHT or abs(self._moment) >= _MOST_WEIGHT:
+            self._weight >>= 1
+            self._moment >>= 1
+
+    def settle(self, loud_q4):
+        """The slope by all windows, when the noise is 2**(loud_q4 / 16) times the usual."""
+        moment = self._moment
+        weight = self._weight + times_q4(self._prior_weight, loud_q4)
+        while weight >= _MOST_WEIGHT:
+            weight >>= 1
+            moment >>= 1
+        weight = max(1, weight)
+        whole = (moment << 9) // weight
+        rest = (moment << 9) - whole * weight
+        slope_q20 = (max(-(1 << 12), min(1 << 12, whole)) << 7) + (rest << 7) // weight
+        self.value_q20 = max(-(1 << 18), min(1 << 18, self._prior_q20 + slope_q20))
+        sigma_q20 = times_q4((1 << 23) // max(1, isqrt(weight << 10)), loud_q4 >> 1)
+        self.sigma_q20 = min(self._prior_sigma_q20, sigma_q20)
+
+    def beyond_prior_q4(self, told):
+        """What the slope makes of a told way or turn, Q4, and the prior does not."""
+        return _product_q4(self.value_q20 - self._prior_q20, told)
+
+    def in_all_q4(self, told):
+        """What the slope makes of it in all, Q4."""
+        return _product_q4(self.value_q20, told)
+
+    def variance_q8(self, told):
+        """Of what it makes of it."""
+        sigma_q4 = min(32767, _product_q4(self.sigma_q20, abs(told)))
+        return sigma_q4 * sigma_q4
+
+
+def _product_q4(slope_q20, told):
+    return (slope_q20 >> 5) * max(-_MOST_MM, min(_MOST_MM, told)) >> 11
+
+
+class OdometryShares:
+    """scale, turn, drift: Share. `carry` each increment, `compare` at each marker; doubted: whether odometry
+    contradicts the markers by more than wheels can, for as long as it does. model: OdometryNoise."""
+
+    def __init__(self, model):
+        self._model = model
+        self.scale = Share(model.scale_q20, model.scale_sigma_q20)
+        self.turn = Share(model.turn_q20, model.turn_sigma_q20)
+        self.drift = Share(model.drift_q20, model.drift_sigma_q20)
+        self.doubted = False
+        self._doubt = 0
+        self._noise_q4 = 0
+        self._anchored = False
+        self._x = self._y = self._heading = 0  # the anchor: by a marker ...
+        self._odometry_x = self._odometry_y = self._odometry_heading = 0  # ... and by odometry
+        self._entry = -1
+        self._scatter_mm10 = self._scatter_cdeg = 0
+        self._forward = self._way = self._turned = 0  # since then, by odometry
+
+    def carry(self, forward_mm10, way_mm10, turn_cdeg):
+        """Odometry told that."""
+        self._forward = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._forward + forward_mm10))
+        self._way = min(_FURTHEST_MM10, self._way + way_mm10)
+        self._turned = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._turned + turn_cdeg))
+
+    def forget_anchor(self):
+        """Nobody knows the way to the next marker."""
+        self._anchored = False
+
+    def settle(self, loud_q4):
+        """The noise is 2**(loud_q4 / 16) times that of the model."""
+        self.scale.settle(loud_q4)
+        self.turn.settle(loud_q4)
+        self.drift.settle(loud_q4)
+
+    def compare(self, fix, odometry, noise_q4, loud_q4):
+        """A marker put the vehicle there, a carrier.Fix: learns when the way or the turn since an earlier one
+        says something. noise_q4, loud_q4: binary logarithms of the noise of the model at this speed, and of
+        what was found against it."""
+        self._noise_q4 = noise_q4
+        if self._anchored:
+            driven_mm10 = length(fix.x_mm10 - self._x, fix.y_mm10 - self._y)
+            way_mm10 = max(self._way, driven_mm10)
+            if way_mm10 >= (_WINDOW_MM10 if fix.entry == self._entry else _LEAST_MM10):
+                self._compare_way(fix, odometry, way_mm10, driven_mm10, loud_q4)
+            elif fix.entry == self._entry and abs(self._turned) >= _TURN_CDEG:
+                self._compare_turn(fix, odometry, loud_q4)
+            elif fix.entry == self._entry:
+                return
+        self._anchored = True
+        self._x, self._y = fix.x_mm10, fix.y_mm10
+        self._heading, self._entry = fix.heading_cdeg, fix.entry
+        self._odometry_x, self._odometry_y = odometry.x_mm10, odometry.y_mm10
+        self._odometry_heading = odometry.heading_cdeg
+        self._scatter_mm10, self._scatter_cdeg = fix.scatter_mm10, fix.scatter_cdeg
+        self._forward = self._way = self._turned = 0
+
+    def _missed_cdeg(self, fix, odometry):
+        turned_cdeg = wrap_cdeg(odometry.heading_cdeg - self._odometry_heading)
+        return wrap_cdeg(fix.heading_cdeg - self._heading - turned_cdeg)
+
+    def _judge(self, fits):
+        """Counts legs that fit and that do not; returns whether this one does."""
+        self._doubt = max(0, min(_MOST_DOUBT, self._doubt + (-2 if fits else 2)))
+        if self._doubt >= _DOUBT:
+            self.doubted = True
+        elif self._doubt <= _BELIEF:
+            self.doubted = False
+        return fits
+
+    def _heading_variance_q8(self, fix):
+        """Of a turn, for other reasons than the odometry's shares."""
+        one, other = mrad_q4(min(3000, self._scatter_cdeg)), mrad_q4(min(3000, fix.scatter_cdeg))
+        variance = one * one + other * other
+        if fix.entry != self._entry:
+            certain = mrad_q4(min(3000, fix.certain_cdeg))
+            variance += 2 * certain * certain
+        noise_q4 = self._noise_q4 + self._model.track_q4
+        return min(_MOST_VARIANCE, variance + times_q4(self._way * 91 >> 6, noise_q4))
+
+    def _compare_turn(self, fix, odometry, loud_q4):
+        missed_cdeg = self._missed_cdeg(fix, odometry)
+        if not self._judge(abs(missed_cdeg) <= _APART_CDEG + (abs(self._turned) >> 2)):
+            return
+        told = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
+        missed = mrad_q4(missed_cdeg) - self.drift.in_all_q4(self._forward // 10)
+        variance = self._heading_variance_q8(fix)
+        if self._is_usual(self.turn, told, missed, variance, loud_q4):
+            prior = self.turn.in_all_q4(told) - self.turn.beyond_prior_q4(told)
+            self.turn.learn(told, missed - prior, variance)
+            self.turn.settle(loud_q4)
+
+    def _compare_way(self, fix, odometry, way_mm10, driven_mm10, loud_q4):
+        if way_mm10 >= _FURTHEST_MM10:
+            return
+        missed_cdeg = self._missed_cdeg(fix, odometry)
+        told_x, told_y = odometry.x_mm10 - self._odometry_x, odometry.y_mm10 - self._odometry_y
+        told_mm10 = length(told_x, told_y)
+        apart_cdeg = _APART_CDEG + (abs(self._turned) >> 2) + way_mm10 * 6 // 100
+        fits = abs(missed_cdeg) <= min(17000, apart_cdeg)
+        fits = fits and self._apart_mm10(fix, told_x, told_y) <= _APART_MM10 + (way_mm10 >> 2)
+        if not self._judge(fits):
+            return
+        turned = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
+        told = self._forward // 10
+        missed = mrad_q4(missed_cdeg) - self.turn.in_all_q4(turned)
+        variance = min(_MOST_VARIANCE, self._heading_variance_q8(fix) + self.turn.variance_q8(turned))
+        if abs(told) >= _LEAST_MM and self._is_usual(self.drift, told, missed, variance, loud_q4):
+            prior = self.drift.in_all_q4(told) - self.drift.beyond_prior_q4(told)
+            self.drift.learn(told, missed - prior, variance)
+            self.drift.settle(loud_q4)
+        told = told_mm10 // 10
+        if told < _LEAST_MM:
+            return
+        missed = (driven_mm10 - told_mm10) * 8 // 5
+        scatter = self._scatter_mm10 * self._scatter_mm10 + fix.scatter_mm10 * fix.scatter_mm10
+        if fix.entry != self._entry:
+            scatter += 2 * fix.certain_mm10 * fix.certain_mm10
+        variance = scatter // 100 << 8 if scatter > 1 << 20 else (scatter << 8) // 100
+        variance = min(_MOST_VARIANCE, variance + times_q4(self._way * 131 >> 12, self._noise_q4))
+        if self._is_usual(self.scale, told, missed, variance, loud_q4):
+            prior = self.scale.in_all_q4(told) - self.scale.beyond_prior_q4(told)
+            self.scale.learn(told, missed - prior, variance)
+            self.scale.settle(loud_q4)
+
+    def _apart_mm10(self, fix, told_x, told_y):
+        """How far the way by odometry ends from that by the markers."""
+        turn16 = turn16_from_cdeg(self._heading - self._odometry_heading)
+        sin, cos = sin_q14(turn16), cos_q14(turn16)
+        x = fix.x_mm10 - self._x - scaled_q14(told_x, cos) + scaled_q14(told_y, sin)
+        y = fix.y_mm10 - self._y - scaled_q14(told_x, sin) - scaled_q14(told_y, cos)
+        return length(x, y)
+
+    def _is_usual(self, share, told, missed_q4, variance_q8, loud_q4):
+        """Whether that is no slip: within four standard deviations of what the share expects."""
+        off = min(32767, abs(missed_q4 - share.in_all_q4(told)))
+        return off * off >> 4 <= times_q4(variance_q8, loud_q4) + share.variance_q8(told)
