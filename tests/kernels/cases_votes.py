@@ -54,20 +54,22 @@ def cast_votes(random):
     yield zeros32(row * 141), 0, 0, offsets, edges, 1, grid, zeros32(DIRECTIONS * 4)
 
 
-def join_cells(random):
-    row, rows = 36, 24
-    for density in (1, 3, 1000):
-        for left, right, top, bottom in ((0, 17, 0, 11), (3, 9, 2, 4), (5, 5, 6, 6), (5, 4, 6, 6)):
-            cells = sparse_cells(row * rows, random, density)
-            yield cells, 0, 0, zeros32(18 * 12), row, 18, left, right, top, bottom
+def clear_cells(random):
+    for first, end, count in ((0, 0, 4), (4, 17, 24), (0, 40, 40)):
+        yield ints(count, random, 0, 1 << 24), first, end
 
 
 def find_windows(random):
-    row, rows = 18, 12
-    for density, least, capacity in ((1, 9, 6), (2, 15, 96), (3, 20, 3), (1000, 15, 96), (1, 24, 1)):
-        blocks = sparse_cells(row * rows, random, density)
-        windows = words(3 * capacity + 3, random)
-        yield blocks, 0, 0, row, 1, row - 2, 1, rows - 2, tables.BIT_COUNT, least, windows, capacity
+    row, rows = 36, 24
+    limits = ((1, 9, 6), (2, 15, 96), (3, 20, 3), (1000, 15, 96), (1, 24, 1), (9, 9, 9))
+    for density, least, capacity in limits:
+        for left, right, top, bottom in ((1, 16, 1, 10), (0, 17, 0, 11), (3, 9, 2, 4), (5, 5, 6, 6)):
+            cells = sparse_cells(row * rows, random, density)
+            windows = words(3 * capacity + 3, random)
+            yield (
+                cells, 0, row, left, right, top, bottom, zeros32(18), tables.BIT_COUNT, least, windows,
+                capacity,
+            )  # fmt: skip
 
 
 def rank_centres(random):
@@ -98,7 +100,7 @@ def rank_centres(random):
 
 CASES = {
     "cast_votes": cast_votes,
-    "join_cells": join_cells,
+    "clear_cells": clear_cells,
     "find_windows": find_windows,
     "rank_centres": rank_centres,
 }

@@ -4,6 +4,8 @@ An angle is in 1/65536 turn (`_turn16`, 0..65535) inside the detector and in hun
 (`_cdeg`, 0..35999) outside; both count counterclockwise.
 """
 
+from array import array
+
 try:
     import micropython  # noqa: F401  (its presence tells the interpreter)
     from micropython import const
@@ -27,6 +29,12 @@ CELL_ROWS = table16(tables.CELL_ROWS)
 
 _TURN = const(65536)
 _QUARTER = const(16384)
+
+
+def words(count):
+    """An array of so many 32-bit items, whatever they hold: scratch space for kernels. Made from zeros, it
+    would need twice the memory for a moment."""
+    return array("i", range(count))
 
 
 def _entry(table, index):

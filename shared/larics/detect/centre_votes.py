@@ -12,7 +12,8 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith import tables
-from larics.detect.edges import DIRECTIONS, offset_px
+from larics.arith.fixed import cos_q14, sin_q14, words
+from larics.detect.edges import DIRECTIONS
 from larics.kernels import votes as kernels
 
 _CELLS_WIDTH = const(0)  # items as in kernels.layouts
@@ -23,7 +24,6 @@ _CELLS_OUTER = const(4)
 _CELLS_INNER = const(5)
 _CELLS_ITEMS = const(6)
 
-_CHUNK = const(512)  # cells that are cleared at once
 LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands of frames had 15
 _LEAST_SCORE = const(180)  # the weakest true centre had 194, half of all others have less
 CENTRES = const(6)
@@ -44,14 +44,6 @@ def direction_bits():
     return bits
 
 
-class _Slicer:
-    def __getitem__(self, key):
-        return key
-
-
-_WHOLE = _Slicer()[:]  # a slice made once: MicroPython allocates each slice that is written out
-
-
 class CellGrid:
     """The size of the vote grid of one scale: cells of `step` px with a padding that takes every vote."""
 
@@ -61,8 +53,7 @@ class CellGrid:
         self.padding = padding + (padding & 1)
         self.row = (width // step + 1 + 2 * self.padding + 1) & ~1
         self.rows = (height // step + 1 + 2 * self.padding + 1) & ~1
-        self.blocks = self.row * self.rows // 4 + 2
-        self.cells = (self.row * self.rows // _CHUNK + 1) * _CHUNK
+        self.cells = self.row * self.rows + 3 & ~3
 
 
 class VoteBuffers:
@@ -72,23 +63,19 @@ class VoteBuffers:
     """
 
     def __init__(self, grids):
-        self.cells = array("i", bytes(4 * max([grid.cells for grid in grids])))
-        self.blocks = array("i", bytes(4 * max([grid.blocks for grid in grids])))
+        self.cells = words(max([grid.cells for grid in grids]))
+        self.above = words(max([grid.row for grid in grids]) // 2)
         self.windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
         self.centres = array("i", bytes(4 * (3 * CENTRES + 3)))
         self.bits = direction_bits()
-        self._zeros = array("i", bytes(4 * _CHUNK))
-        view = memoryview(self.cells)
-        self._chunks = [view[first : first + _CHUNK] for first in range(0, len(self.cells), _CHUNK)]
 
     def clear(self, first, end):
         """Sets at least the cells first .. end - 1 to 0."""
-        for chunk in range(first // _CHUNK, (end + _CHUNK - 1) // _CHUNK):
-            self._chunks[chunk][_WHOLE] = self._zeros
+        kernels.clear_cells(self.cells, first & ~3, min(end, len(self.cells)))
 
     def memory(self):
         """Bytes of the buffers."""
-        items = len(self.cells) + len(self.blocks) + len(self.centres) + len(self.bits) + len(self._zeros)
+        items = len(self.cells) + len(self.above) + len(self.centres) + len(self.bits)
         return 4 * items + 2 * len(self.windows)
 
 
@@ -112,16 +99,20 @@ class CentreVotes:
         small = radius_max_q8 < _SMALL_Q8
         self._least = LEAST_DIRECTIONS - (_FEWER if small else 0)
         self.least_score = 0 if small else _LEAST_SCORE
-        runs = []
+        ranges = []
+        for ratio_q10 in (1024, inner_q10):
+            first_q8, last_q8 = radius_min_q8 * ratio_q10 >> 10, radius_max_q8 * ratio_q10 >> 10
+            ranges.append((first_q8, last_q8, max(2, (last_q8 - first_q8) // (step * 128) + 1)))
+        most = max(ranges[0][2], ranges[1][2])
+        runs = array("H", range(4 * DIRECTIONS * most))  # one array: lists would cut up a small heap
+        lengths = bytearray(4 * DIRECTIONS)
         longest = [0, 0]
-        for direction in range(DIRECTIONS):
-            for ring, ratio_q10 in enumerate((1024, inner_q10)):
-                first_q8 = radius_min_q8 * ratio_q10 >> 10
-                last_q8 = radius_max_q8 * ratio_q10 >> 10
-                for side in (-1, 1):
-                    run = self._run(direction, first_q8, last_q8, side, half_line_q8)
-                    runs.append(run)
-                    longest[ring] = max(longest[ring], len(run) + (len(run) & 1))
+        for run in range(4 * DIRECTIONS):
+            ring = run >> 1 & 1
+            signed_step = step if run & 1 else -step
+            length = self._fill(runs, run * most, run >> 2, ranges[ring], signed_step, half_line_q8)
+            lengths[run] = length
+            longest[ring] = max(longest[ring], length + (length & 1))
         self._cells = array("i", bytes(4 * _CELLS_ITEMS))
         self._cells[_CELLS_WIDTH] = grid.width
         self._cells[_CELLS_STEP] = step
@@ -130,27 +121,37 @@ class CentreVotes:
         self._cells[_CELLS_OUTER], self._cells[_CELLS_INNER] = longest
         self._offsets = array("H", bytes(DIRECTIONS * sum(longest) * 4))
         slot = 0
-        for index, run in enumerate(runs):
-            for entry in range(longest[index >> 1 & 1]):
-                self._offsets[slot] = run[min(entry, len(run) - 1)]
+        for run in range(4 * DIRECTIONS):
+            for entry in range(longest[run >> 1 & 1]):
+                self._offsets[slot] = runs[run * most + min(entry, lengths[run] - 1)]
                 slot += 1
 
     def memory(self):
         """Bytes of the tables."""
         return 2 * len(self._offsets) + 4 * _CELLS_ITEMS
 
-    def _run(self, direction, first_q8, last_q8, side, half_line_q8):
-        """Cell offsets of the centres that an edge may belong to, for one ring and polarity."""
+    def _fill(self, runs, first, direction, radii, signed_step, half_line_q8):
+        """Lists from runs[first] on the cell offsets of the centres that an edge may belong to, for one ring
+        and polarity; returns their number."""
         grid = self.grid
-        count = max(2, (last_q8 - first_q8) // (self.step * 128) + 1)
-        run = []
+        first_q8, last_q8, count = radii
+        step = abs(signed_step)
+        angle = direction * 65536 // DIRECTIONS
+        cosine, sine = cos_q14(angle), sin_q14(angle)
+        middle = grid.padding * grid.row + grid.padding
+        end = first
         for index in range(count):
             radius_q8 = first_q8 + (last_q8 - first_q8) * index // (count - 1)
-            dx, dy = offset_px((side * radius_q8 - half_line_q8) // self.step, direction)
-            offset = (dy + grid.padding) * grid.row + dx + grid.padding
-            if offset not in run:
-                run.append(offset)
-        return run
+            length_q8 = ((radius_q8 if signed_step > 0 else -radius_q8) - half_line_q8) // step
+            offset = (length_q8 * sine + (1 << 21) >> 22) * grid.row
+            offset += (length_q8 * cosine + (1 << 21) >> 22) + middle
+            place = first
+            while place < end and runs[place] != offset:
+                place += 1
+            if place == end:
+                runs[end] = offset
+                end += 1
+        return end - first
 
     def find(self, edges, count, left, right, top, bottom):
         """Votes with `count` edges and ranks the centres inside the rectangle (px); returns their number."""
@@ -167,12 +168,8 @@ class CentreVotes:
         self.votes = kernels.cast_votes(
             cells, 0, 0, self._offsets, edges, count, self._cells, buffers.bits
         )  # fmt: skip
-        block_row = grid.row // 2
-        kernels.join_cells(
-            cells, 0, 0, buffers.blocks, grid.row, block_row, block_left, block_right, block_top, block_bottom
-        )
         windows = kernels.find_windows(
-            buffers.blocks, 0, 0, block_row, block_left, block_right, block_top, block_bottom,
+            cells, 0, grid.row, block_left, block_right, block_top, block_bottom, buffers.above,
             tables.BIT_COUNT, self._least, buffers.windows, WINDOWS,
         )  # fmt: skip
         return kernels.rank_centres(

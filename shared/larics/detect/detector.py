@@ -13,7 +13,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import frame_view
+from larics.arith.fixed import frame_view, words
 from larics.detect.centre_votes import CellGrid, CentreVotes, VoteBuffers
 from larics.detect.confirmation import Confirmation
 from larics.detect.edges import EdgeFinder
@@ -85,10 +85,10 @@ class Detector:
 
         smallest = min([scale.step for scale in self._scales])
         edges_capacity = max(400, width * height // (smallest * smallest) // 4)
-        self._edges = array("i", bytes(4 * (edges_capacity + 1)))
+        self._edges = words(edges_capacity + 1)
         # for the scales that take every second point of a finer grid
         shared = len(self._groups) < len(self._scales)
-        self._fewer = array("i", bytes(4 * (edges_capacity // 2 + 1) if shared else 0))
+        self._fewer = words(edges_capacity // 2 + 1 if shared else 0)
         self._histogram = array("H", bytes(256))
         grids = [CellGrid(width, height, scale.step, scale.radius_max_q8) for scale in self._scales]
         self._votes = VoteBuffers(grids)

@@ -33,15 +33,6 @@ _SAMPLED = const(4)  # every so-manyth column and row of the grid tells the thre
 _FINE_STEP = const(3)  # px; so small rings have enough edges for the usual threshold
 
 
-def offset_px(length_q8, direction):
-    """(dx, dy) in whole pixels of a length in 1/256 px along one of the 48 directions (clockwise)."""
-    angle = direction * 65536 // DIRECTIONS
-    return (
-        (length_q8 * cos_q14(angle) + (1 << 21)) >> 22,
-        (length_q8 * sin_q14(angle) + (1 << 21)) >> 22,
-    )
-
-
 class EdgeFinder:
     """Finds edges for one scale of marker, in frames of width x height px, of lines of line_q8/256 px.
 
@@ -65,9 +56,13 @@ class EdgeFinder:
         light_q8 = max(line_q8 * 4 // 7, 300)
         beyond_q8 = line_q8 + light_q8
         self._probes = array("H", bytes(DIRECTIONS * 6))
+        lengths_q8 = (-beyond_q8, -dark_q8, light_q8)
         for direction in range(DIRECTIONS):
-            for slot, length_q8 in enumerate((-beyond_q8, -dark_q8, light_q8)):
-                dx, dy = offset_px(length_q8, direction)
+            angle = direction * 65536 // DIRECTIONS
+            cosine, sine = cos_q14(angle), sin_q14(angle)
+            for slot in range(3):
+                dy = lengths_q8[slot] * sine + (1 << 21) >> 22
+                dx = lengths_q8[slot] * cosine + (1 << 21) >> 22
                 self._probes[direction * 3 + slot] = dy * width + dx + 32768
         margin = max((beyond_q8 + 511) >> 8, reach)
         self._grid = grid = array("i", bytes(4 * _GRID_ITEMS))

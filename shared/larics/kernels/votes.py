@@ -64,61 +64,58 @@ def cast_votes(
 
 
 @micropython.viper
-def join_cells(
-    cells: ptr32,
-    i: int,
-    o: int,
-    blocks: ptr32,
-    row: int,
-    block_row: int,
-    left: int,
-    right: int,
-    top: int,
-    bottom: int,
-) -> int:
-    """blocks[y * block_row + x] = the four cells (2x, 2y) .. (2x + 1, 2y + 1), joined by OR.
-
-    For left <= x <= right, top <= y <= bottom, all in blocks; `cells` has rows of `row` cells."""
-    y = top
-    while y <= bottom:
-        o = y * block_row + left
-        end = y * block_row + right
-        i = y * 2 * row + left * 2
-        while o <= end:
-            blocks[o] = int(cells[i]) | int(cells[i + 1]) | int(cells[i + row]) | int(cells[i + row + 1])
-            i += 2
-            o += 1
-        y += 1
-    return 0
+def clear_cells(cells: ptr32, i: int, end: int):
+    """Sets the cells from i to before `end` to 0, and up to three more; i is a multiple of 4."""
+    while i < end:
+        cells[i] = 0
+        cells[i + 1] = 0
+        cells[i + 2] = 0
+        cells[i + 3] = 0
+        i += 4
 
 
 @micropython.viper
 def find_windows(
-    blocks: ptr32, i: int, joined: int, block_row: int, left: int, right: int, top: int, bottom: int,
-    ones: ptr8, least: int, windows: ptr16, capacity: int,
+    cells: ptr32, i: int, row: int, left: int, right: int, top: int, bottom: int, above: ptr32, ones: ptr8,
+    least: int, windows: ptr16, capacity: int,
 ) -> int:  # fmt: skip
-    """Lists the 2x2-block windows that hold at least `least` of the 24 directions, as (directions, x, y).
+    """Lists the windows of 4x4 cells that hold at least `least` of the 24 directions, as (directions, x, y).
 
-    left <= x < right, top <= y < bottom, in blocks; `ones`: 256 bit counts; `windows`: 3 * capacity + 3
-    items. A full list raises the limit and drops the weaker ones. Returns the number of windows."""
+    left <= x < right, top <= y < bottom, in blocks of 2x2 cells, of which a window has 2x2; `cells` has rows
+    of `row` cells; `above`: scratch space for the blocks of a row, right + 1 items; `ones`: 256 bit counts;
+    `windows`: 3 * capacity + 3 items. A full list raises the limit and drops the weaker ones. Returns the
+    number of windows."""
     listed = 0
     full = capacity * 3
+    i = (top * row + left) << 1
+    x = left
+    while x <= right:
+        above[x] = int(cells[i]) | int(cells[i + 1]) | int(cells[i + row]) | int(cells[i + row + 1])
+        i += 2
+        x += 1
     y = top
     while y < bottom:
-        i = y * block_row + left
-        end = y * block_row + right
-        before = int(blocks[i]) | int(blocks[i + block_row])
-        while i < end:
-            i += 1
-            here = int(blocks[i]) | int(blocks[i + block_row])
+        y += 1
+        i = (y * row + left) << 1
+        x = left
+        before = int(cells[i]) | int(cells[i + 1]) | int(cells[i + row]) | int(cells[i + row + 1])
+        joined = before | int(above[x])
+        above[x] = before
+        before = joined
+        while x < right:
+            i += 2
+            x += 1
+            joined = int(cells[i]) | int(cells[i + 1]) | int(cells[i + row]) | int(cells[i + row + 1])
+            here = joined | int(above[x])
+            above[x] = joined
             joined = before | here
             before = here
             if joined > 16383:
                 joined = int(ones[joined & 255]) + int(ones[(joined >> 8) & 255]) + int(ones[joined >> 16])
                 if joined >= least:
                     windows[listed] = joined
-                    windows[listed + 1] = i - 1 - y * block_row
-                    windows[listed + 2] = y
+                    windows[listed + 1] = x - 1
+                    windows[listed + 2] = y - 1
                     listed += 3
                     if listed >= full:
                         least += 1
@@ -133,7 +130,6 @@ def find_windows(
                             source += 3
                         if listed >= full:
                             listed = 0
-        y += 1
     return listed // 3
 
 
