@@ -10,12 +10,16 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from larics.wire import codec as protocol
 from larics_host.cli import build_parser
 from larics_host.commands import ros2
 from larics_host.errors import UserError
 from larics_host.ros.dds import LOOPBACK, configuration
 from larics_host.ros.topics import Names
+from larics_host.ros.type_hash import type_hash
+from larics_host.ros.wire_types import wire_structs
 from tests.host.test_dual import ROOT
+from tools import make_protocol
 
 PACKAGE = ROOT / "ros2" / "larics_ros"
 LAUNCH = PACKAGE / "launch"
@@ -124,3 +128,19 @@ def test_the_package_is_built_with_all_its_files(tmp_path):
         assert share + path.parent.name + "/" + path.name in names
     assert {share + "package.xml", "share/ament_index/resource_index/packages/larics_ros"} <= names
     assert manifest.findtext("version") in wheel.name
+
+
+def test_the_message_files_are_those_of_the_wire_and_of_bags():
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    folder = make_protocol.ROS_MESSAGES
+    files = {path.name: path.read_text() for path in folder.iterdir()}
+    assert len(files) == len(protocol.MESSAGES)  # what they hold is tested with all that is generated
+    types = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in files.items():
+        kind = "larics_msgs/msg/" + name.removesuffix(".msg")
+        types.register(get_types_from_msg(text, kind))
+        assert types.hash_rihs01(kind) == type_hash(kind.replace("/msg/", "/"), wire_structs())
+    manifest = ElementTree.parse(folder.parent / "package.xml").getroot()
+    assert manifest.findtext("name") == "larics_msgs"
+    assert manifest.findtext("member_of_group") == "rosidl_interface_packages"

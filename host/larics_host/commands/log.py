@@ -218,6 +218,8 @@ class _Log:
         kept = ", ".join(self._recorder.files)
         kept = "; written to " + kept if kept else "; nothing written"
         summary = "%s received, %d lost, %d damaged%s" % (*counts, kept)
+        if self._args.convert:  # what the log does not have was told when it was made
+            summary = "%s read%s" % (counts[0], kept)
         if lost:
             raise UserError("%s; %s" % (lost, summary))
         if self._pictures and (self._args.mcap or self._args.bag):

@@ -27,7 +27,8 @@ _LATE = (
 
 
 def quaternion(angle_rad: float) -> dict[str, float]:
-    """A turn around z."""
+    """A turn around z, of the two that tell it the one with w >= 0."""
+    angle_rad = math.remainder(angle_rad, 2 * math.pi)
     return {"z": math.sin(angle_rad / 2), "w": math.cos(angle_rad / 2)}
 
 

@@ -53,7 +53,9 @@ def _field(name, code, unit, _low, _high, meaning):
     if code.endswith("s"):
         return Field(name, "uint8", 0, comment)
     if name in _NAMES:
-        return Field(name, "int32", None, comment.partition(",")[0] + "; -1: none, or not certain")
+        return Field(
+            name, "int32", None, comment.partition(",")[0].partition(";")[0] + "; -1: none, or not certain"
+        )
     if name in _MAY_BE_UNKNOWN:
         return Field(name, "float64", None, comment.partition(";")[0] + "; NaN: unknown")
     return Field(name, _INTEGERS[code], None, comment)
