@@ -251,7 +251,13 @@ def main(arguments):
         if reason:
             print("sketches   left out, %s" % reason)
         for board in BOARDS if not reason else ():
-            for sketch, (used, ram) in sketch_sizes(board, all_sketches(), folder).items():
+            try:
+                sizes = sketch_sizes(board, all_sketches(), folder)
+            except subprocess.SubprocessError as error:
+                print("%-10s sketches FAILED: %s" % (board, error))
+                failed = True
+                continue
+            for sketch, (used, ram) in sizes.items():
                 print("%-10s sketch %s: %d bytes of flash, %d of RAM" % (board, sketch, used, ram))
     return 1 if failed else 0
 

@@ -5,10 +5,12 @@ import re
 import shutil
 import subprocess
 import zipfile
+from pathlib import Path
 
 import pytest
 
 import larics
+from larics_host.drive.c_controller import STATES
 from tools import vehicle_package
 from tools.vehicle_build import LIBRARY, SOURCES, STRICT
 
@@ -143,3 +145,19 @@ def test_the_examples_on_the_pages_compile(tmp_path):
     unused = ["-Wno-unused-variable", "-Wno-unused-const-variable"]
     command = ["gcc", *flags, *unused, "-fsyntax-only", "-I", str(LIBRARY), str(source)]
     subprocess.run(command, check=True)
+
+
+def test_the_tests_that_the_failure_classes_name_exist():
+    text = (FOLDER / "README.md").read_text()
+    named = set(re.findall(r"`(test_\w+)`", text))
+    here = "".join(path.read_text() for path in Path(__file__).parent.glob("test_*.py"))
+    assert len(named) > 8 and named <= set(re.findall(r"^def (test_\w+)", here, re.MULTILINE))
+
+
+def test_the_states_in_the_readme_are_those_of_the_header():
+    header = (LIBRARY / "larics_supervisor.h").read_text()
+    states = re.findall(r"^#define LARICS_(\w+) (\d+) +/\*", header, re.MULTILINE)
+    order = [name for name, number in sorted(states, key=lambda state: int(state[1])) if name != "BOOTS"]
+    table = (FOLDER / "README.md").read_text().split("## States")[1].split("## ")[0]
+    assert re.findall(r"^\| ([A-Z_]+) \|", table, re.MULTILINE) == order
+    assert [word.upper().replace(" ", "_") for word in STATES] == order

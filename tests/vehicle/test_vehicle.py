@@ -8,6 +8,7 @@ import pytest
 
 import larics
 from larics.wire import framing
+from larics.wire import messages as m
 from larics.wire.codec import Counters, Decoder, Encoder, fields
 from larics.wire.messages import COUNT_MAX, INFO, ODOMETRY, PING, STATUS
 from recorded import Stream, message
@@ -336,11 +337,7 @@ def test_the_arduino_library(tmp_path):
     )
     if not shutil.which("g++"):
         pytest.skip("no g++")
-    sketch = folder / "examples" / "FollowMarker" / "FollowMarker.ino"
-    objects = map(str, vehicle_build.objects(tmp_path, "gcc"))
-    command = ["g++", "-Wall", "-Wextra", "-Werror", "-I", str(LIBRARY), '-DSKETCH="%s"' % sketch]
-    command += [str(HERE / "arduino" / "sketch.cpp"), *objects, "-o", str(tmp_path / "sketch")]
-    subprocess.run(command, check=True)
+    build_sketch("FollowMarker", tmp_path)
     for y_mm10, turn in ((500, "1"), (-500, "-1"), (0, "0"), (None, None)):
         camera = Stream()
         request = run_sketch(tmp_path / "sketch", b"")[1]  # the same in each run: the clock and A0 are
@@ -353,6 +350,32 @@ def test_the_arduino_library(tmp_path):
         else:
             assert ("turn %s" % turn, "speed 100") in drives
         assert drives[-1] == ("turn 0", "speed 0")  # nothing new came: it has stopped
+
+
+def test_the_sketch_that_drives_a_route(tmp_path):
+    """Markers of the route are driven to, others not; odometry goes to the camera all the time."""
+    if not shutil.which("g++"):
+        pytest.skip("no g++")
+    build_sketch("DriveRoute", tmp_path)
+    asked = run_sketch(tmp_path / "sketch", b"")[1]
+    request = asked[: asked.index(0) + 1]
+    kinds = [number for number, _, _ in in_python(asked)[0]]
+    assert kinds[0] == m.GET_INFO and kinds.count(m.ODOMETRY) == 49  # of 20 ms
+    for marker_id, is_straight in ((4, True), (9, False)):
+        camera = Stream()
+        data = camera.answer(request)
+        data += b"".join(camera.marker(marker_id, x=4000, y=0) for _ in range(100))
+        lines = run_sketch(tmp_path / "sketch", data)[0].splitlines()
+        left, right = (int(line.split()[1]) for line in lines[-60:-58])
+        assert left > 20 and (abs(left - right) <= 2) == is_straight  # else the spiral of a search
+
+
+def build_sketch(name, folder):
+    sketch = LIBRARY.parent / "examples" / name / (name + ".ino")
+    objects = map(str, vehicle_build.objects(folder, "gcc"))
+    command = ["g++", "-Wall", "-Wextra", "-Werror", "-I", str(LIBRARY), '-DSKETCH="%s"' % sketch]
+    command += [str(HERE / "arduino" / "sketch.cpp"), *objects, "-o", str(folder / "sketch")]
+    subprocess.run(command, check=True)
 
 
 def run_sketch(program, data):
