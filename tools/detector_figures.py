@@ -76,9 +76,9 @@ def edges_figure(frame, scale):
     finder, buffer = scale.edges, memoryview(frame.tobytes())
     width = frame.shape[1]
     finder.measure_threshold(buffer)
-    finder.list_steep(buffer, 0)
+    finder.list_steep(buffer, 0, False)
     steep = list(finder.edges[: finder.steep])
-    count = finder.choose(buffer, finder.edges, finder.steep)
+    count = finder.choose(buffer, finder.edges, finder.steep, False)
     edges = list(finder.edges[:count])
     figure = plt.figure(figsize=(10, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -102,7 +102,7 @@ def votes_figure(frame, scale, count):
     """From how many directions edges point to each cell, and the candidates."""
     height, width = frame.shape
     votes, buffers = scale.votes, scale.votes._buffers
-    centres = votes.find(scale.edges.edges, count, 0, width, 0, height)
+    centres = votes.find(scale.edges.edges, 0, count, 1, 0, width, 0, height)
     grid = votes.grid
     cells = np.array(buffers.cells[: grid.row * grid.rows]).reshape(grid.rows, grid.row)
     rows, columns = height // votes.step, width // votes.step

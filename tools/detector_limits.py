@@ -34,6 +34,14 @@ NO_LIMITS = {
     "shared/larics/direct/acceptance.py": {"_RULES", "_IN_DOUBT"},
     "shared/larics/coded/cell_reader.py": {"PLAIN", "UNKNOWN", "_NEVER", "_PLAIN_COST"},
     "shared/larics/detect/detector.py": {"_FAMILY_MM10"},
+    "shared/larics/blurred/candidates.py": {
+        *("_ITEMS", "_KIND", "X_Q8", "Y_Q8", "LEAST_Q8", "MOST_Q8", "VERDICT", "LOOKED", "SCORE", "X_Q10"),
+        *("Y_Q10", "RADIUS_Q8", "E1", "E2"),
+    },
+    "shared/larics/blurred/places.py": {
+        *("UNKNOWN", "READ", "REJECTED", "_ITEMS", "_X_Q8", "_Y_Q8", "_RADIUS_Q8", "_AGE", "_KIND"),
+        "_FORGOTTEN",
+    },
 }
 PRESETS = ("sunny", "cloudy", "harsh")
 SEED = 5400

@@ -30,6 +30,8 @@ TARGETS = {  # module -> tests of tests/dual
     "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
     "shared/larics/blurred/reader.py": ("test_blurred_acceptance", "test_blurred_limits"),
     "shared/larics/blurred/candidates.py": ("test_blurred_limits", "test_model"),
+    "shared/larics/blurred/places.py": ("test_blurred_limits",),
+    "shared/larics/detect/blurred_search.py": ("test_blurred_search",),
     "shared/larics/direct/reader.py": FIT,
     "shared/larics/direct/ring_fit.py": FIT,
     "shared/larics/direct/line_reader.py": FIT,
@@ -58,7 +60,7 @@ NO_LIMITS = {
     # geometry
     "_INNER_SAMPLES", "_INNER_REACH", "_SAMPLES", "_CODE_OPENING", "_CODE_RADII", "_CELL_UNITS_Q8", "_BESIDE",
     "BIAS", "MAX_MARKERS", "SECTORS", "SKIP_OUTER", "SKIP_INNER", "POSITIONS", "_RULES", "_IN_DOUBT",
-    "_DISTANCES", "_HYPOTHESES", "_ITEMS", "_CAPACITY", "X_Q8", "Y_Q8", "RADIUS_MIN_Q8", "RADIUS_MAX_Q8",
+    "_DISTANCES", "_HYPOTHESES", "_ITEMS", "_CAPACITY", "X_Q8", "Y_Q8", "LEAST_Q8", "MOST_Q8", "LOOKED",
     "VERDICT", "SCORE", "X_Q10", "Y_Q10", "RADIUS_Q8", "E1", "E2", "SAME", "ON_ROUTE", "AMBIGUOUS", "MISSED",
     "UNEXPECTED", "MISREAD", "MOVED", "_NONE", "_MOST",
 }  # fmt: skip

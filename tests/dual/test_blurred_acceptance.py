@@ -271,8 +271,8 @@ def test_the_rule_on_what_is_hidden_keeps_a_wrong_id_from_being_told():
         (verdicts.NOT_EMPTY, verdicts.NOT_EMPTY),
     ):
         reader.candidates.forget()
-        reader.candidates.remember(1085 << 4, 1022 << 4, 23 << 8, 30 << 8, said, 0)
-        assert reader.examine(frame) == expected, said
+        reader.candidates.remember(1085 << 4, 1022 << 4, 23 << 8, 30 << 8, said, 0, False)
+        assert reader.examine(frame, False) == expected, said
         if expected == verdicts.ACCEPTED:
             assert reader.acceptance.marker_id == 3  # which is wrong
     # glare is lighter than the plate, which is a sign by itself

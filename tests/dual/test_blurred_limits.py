@@ -1,43 +1,166 @@
 """Limits of the blur-model reader beside its acceptance: which candidates it looks at, how often it fits."""
 
-from larics.blurred.candidates import Candidates
+from larics.blurred.candidates import LOOKED, SCORE, Candidates
+from larics.blurred.places import READ, REJECTED, UNKNOWN, Places
 from larics.blurred.reader import BlurModelReader
+from larics.blurred.ring_fit import LOST_FOR_GOOD, LOST_IN_NOISE, LOST_ON_THE_WAY, BlurredRings
+from larics.kernels.layouts import BIAS, CANDIDATE_ITEMS
 from larics.marker import LARICS3, verdicts
 
 
 class Scores:
-    """Stands for rings: a coarse look at the candidates gives these scores."""
+    """Stands for rings: a coarse look at the candidates gives these scores, if they reach the least."""
 
-    def __init__(self, scores):
+    def __init__(self, scores, shade=100):
         self.scores = list(scores)
-        self.x_q10 = self.y_q10 = self.radius_q8 = self.e1 = self.e2 = 0
+        self.shade = shade
+        self.x_q10 = self.y_q10 = self.e1 = self.e2 = 0
+        self.radius_q8 = 6000
 
     def coarse(self, *arguments):
-        return self.scores.pop(0)
+        score = self.scores.pop(0)
+        return score if score >= arguments[-1] else 0
+
+    def line_shade(self, frame):
+        return self.shade
 
 
-def looked_at(scores):
+def looked_at(scores, least_q8=5000, clear=False, shade=100, said=verdicts.NO_FIT):
     """The candidate that is chosen of those with these scores, -1 for none, and how many were looked at."""
     candidates = Candidates()
     for index in range(len(scores)):
-        candidates.remember(index << 14, 0, 5000, 9000, verdicts.NO_FIT, 100 - index)
-    rings = Scores(scores)
-    slot = candidates.best(None, rings)
-    return slot // 12 if slot >= 0 else slot, len(scores) - len(rings.scores)
+        candidates.remember(index << 14, 0, least_q8, 9000, said, 100 - index, clear)
+    rings = Scores(scores, shade)
+    slot = candidates.best(None, rings, False)
+    return slot // CANDIDATE_ITEMS if slot >= 0 else slot, len(scores) - len(rings.scores)
 
 
 def test_scores_of_candidates():
-    assert looked_at((4300, 4300)) == (-1, 2)
-    assert looked_at((4301, 4300)) == (0, 2)
+    assert looked_at((5199, 5200)) == (1, 2)
+    assert looked_at((7199, 7200), clear=True) == (1, 2)
+    assert looked_at((4299, 4300), 2303) == looked_at((4299, 4300), 2303, True) == (1, 2)
+    assert looked_at((4300, 5200), 2304) == (1, 2)
     assert looked_at((8999, 9500)) == (1, 2)
     assert looked_at((9000, 9500)) == (0, 1)  # good enough
+
+
+def test_rings_without_a_line_are_none():
+    for shade, least_q8, found in (
+        (35, 5000, -1),
+        (36, 5000, 0),
+        (1000, 3072, 0),
+        (1001, 3072, -1),
+        (1001, 3071, 0),
+    ):
+        assert looked_at((9000,), least_q8, shade=shade)[0] == found, (shade, least_q8)
+
+
+def test_what_was_seen_well_is_not_looked_at_again():
+    assert looked_at((9000,), said=verdicts.NO_CODE) == (-1, 0)
+
+
+def dismissed(x, y, least_q8, clear):
+    """Whether a candidate counts as a view of the one taken before, at the same place in its own range."""
+    candidates = Candidates()
+    candidates.remember(0, 0, 5000, 9000, verdicts.NO_FIT, 2, clear)
+    candidates.remember(x, y, least_q8, 9000, verdicts.NO_FIT, 1, clear)
+    slot = candidates.best(None, Scores((9000,)), False)
+    candidates.dismiss_ghosts(slot)
+    return bool(candidates.items[CANDIDATE_ITEMS + LOOKED])
+
+
+def test_views_from_beside_are_dismissed_where_there_is_contrast():
+    assert dismissed(4999, -4999, 5000, True)
+    assert not dismissed(4999, -4999, 5000, False)  # noise may show the better view second
+    assert not dismissed(5000, 0, 5000, True)
+    assert not dismissed(4999, 0, 5001, True)  # other rings
+
+
+def test_rings_that_were_judged_are_dismissed_at_other_scales():
+    for x, radius_q8, left in ((1499, 6700, 0), (1500, 6700, 9000), (0, 5250, 9000), (0, 6749, 0)):
+        candidates = Candidates()
+        candidates.remember(0, 0, 4000, 6000, verdicts.NO_FIT, 2, False)
+        candidates.remember(x, 0, 6000, 9000, verdicts.NO_FIT, 1, False)
+        slot = candidates.best(None, Scores((8000, 7000)), False)
+        candidates.items[CANDIDATE_ITEMS + SCORE] = 9000
+        candidates.items[CANDIDATE_ITEMS + 10] = radius_q8
+        candidates.dismiss_judged(slot, 6000)
+        assert candidates.items[CANDIDATE_ITEMS + SCORE] == left, (x, radius_q8)
+
+
+def test_places_are_remembered_for_a_while():
+    places = Places()
+    places.note(1000, 2000, 500, READ)
+    places.note(5000, 2000, 500, REJECTED)
+    assert not places.are_noted  # in an earlier frame
+    for age in range(1, 7):
+        places.begin()
+        assert places.kind(1499, 1501) == (READ if age < 2 else UNKNOWN)
+        assert places.kind(1500, 2000) == UNKNOWN
+        assert places.kind(5000, 2499) == (REJECTED if age < 5 else UNKNOWN)
+        assert places.are_noted == (age < 5)
+    for index in range(5):
+        places.note(index << 12, 0, 500, READ)
+        places.begin()
+        places.note(index << 12, 0, 500, REJECTED)
+    assert [places.kind(index << 12, 0) for index in range(5)] == [UNKNOWN] + 4 * [REJECTED]
+
+
+def in_turns(kind, scores, passes_over=False):
+    """Which of two candidates is chosen when the first one's place was noted with this kind."""
+    candidates = Candidates()
+    candidates.places.note(BIAS, BIAS, 5000, kind)
+    for x, votes in ((0, 9), (20000, 8)):
+        candidates.remember(x, 0, 5000, 9000, verdicts.NO_FIT, votes, False)
+    read = candidates.recognize()
+    assert read == (kind == READ)
+    return candidates.best(None, Scores(scores), passes_over) // CANDIDATE_ITEMS
+
+
+def test_several_are_read_in_turns():
+    assert in_turns(READ, (9500, 6000)) == 1
+    assert in_turns(READ, (9500, 5000)) == 0  # there is no other
+    assert in_turns(REJECTED, (9500, 6000)) == 0
+    assert in_turns(REJECTED, (6000,), True) == 1
+
+
+class Blur:
+    """Stands for a blur model whose search ends with this score, in a frame that is faint or not."""
+
+    sigma = motion = 0
+    still = 1
+    motion_axis = 32
+
+    def __init__(self, score, faint):
+        self.score = score
+        self.faint = faint
+
+    def search(self, means, again):
+        return False
+
+    def is_faint(self, power):
+        return power == 60000 and self.faint
+
+
+def test_how_a_fit_is_lost():
+    for score, faint, lost in (
+        (8599, False, LOST_FOR_GOOD),
+        (8599, True, LOST_IN_NOISE),
+        (8600, False, LOST_ON_THE_WAY),
+    ):
+        rings = BlurredRings(136, 128, Blur(score, faint))
+        rings.start(68 << 10, 64 << 10, 20 << 8, 0, 0)
+        assert not rings.fit(bytearray(136 * 128), 3, None)
+        assert rings.lost == lost
 
 
 class NoFit:
     """Stands for rings that never hold."""
 
-    def __init__(self):
+    def __init__(self, lost=(LOST_ON_THE_WAY,)):
         self.turns = []
+        self.losses = list(lost)
+        self.lost = LOST_ON_THE_WAY
         self.x_q10 = self.y_q10 = self.radius_q8 = self.e1 = self.e2 = 0
 
     def start(self, *pose):
@@ -48,6 +171,7 @@ class NoFit:
 
     def fit(self, frame, turns, lines):
         self.turns.append(turns)
+        self.lost = self.losses.pop(0) if len(self.losses) > 1 else self.losses[0]
         return False
 
 
@@ -58,9 +182,17 @@ class Endless:
         self.items = items
         self.asked = 0
 
-    def best(self, frame, rings):
+    def best(self, frame, rings, passes_over):
         self.asked += 1
         return 0
+
+    def note(self, *arguments):
+        pass
+
+    dismiss_ghosts = dismiss_judged = note
+
+    def was_read(self, slot):
+        return self.asked > 1
 
 
 class FirstLook:
@@ -78,10 +210,63 @@ def test_how_often_it_fits_and_for_how_many_candidates():
     reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
     reader.candidates = candidates = Endless(reader.candidates.items)
     reader.rings = rings = NoFit()
-    assert reader.examine(None) == verdicts.NO_FIT
+    assert reader.examine(None, False) == verdicts.NO_FIT
     assert candidates.asked == 2
     assert rings.turns == [3, 3, 3, 3]  # three ways to begin for the first, one is left for the second
     # once the lines are known, the rings are fitted again without them
     reader.lines = FirstLook()
     assert reader._examine_lines(None) == verdicts.NO_FIT
     assert rings.turns[4:] == [2]
+
+
+def fits(lost, sparing=False, recognizes=False):
+    """How many candidates and fits it takes when each fit is lost like this."""
+    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+    reader.candidates = candidates = Endless(reader.candidates.items)
+    reader.rings = rings = NoFit(lost)
+    reader._recognizes = recognizes
+    reader.examine(None, sparing)
+    return candidates.asked, len(rings.turns)
+
+
+def test_how_often_it_fits_what_is_no_marker():
+    assert fits((LOST_FOR_GOOD,)) == (2, 2)
+    assert fits((LOST_IN_NOISE,)) == (2, 4)  # two ways to begin for each
+    assert fits((LOST_ON_THE_WAY, LOST_FOR_GOOD)) == (2, 3)
+    assert fits((LOST_ON_THE_WAY,), sparing=True) == (1, 2)
+    assert fits((LOST_ON_THE_WAY,), recognizes=True) == (2, 5)  # what was read before is not to go short
+
+
+class Held:
+    """Rings that hold and look like a marker's in so many sectors, but are none."""
+
+    def __init__(self, good):
+        self.good = good
+        self.lost = LOST_ON_THE_WAY
+        self.ratio_q10, self.deviation_q10, self.radius_q8, self.match, self.amplitude = (
+            900,
+            0,
+            256,
+            1024,
+            999,
+        )
+
+    def start(self, *pose):
+        pass
+
+    def fit(self, *arguments):
+        return True
+
+
+def test_rings_that_hold_and_are_none_are_not_fitted_again():
+    for good, radius_q8, lost in (
+        (14, 5120, LOST_FOR_GOOD),
+        (13, 5120, LOST_ON_THE_WAY),
+        (14, 5119, LOST_ON_THE_WAY),
+    ):
+        reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+        reader._fits_left = 1
+        reader.rings = Held(good)
+        reader.rings.blur = reader.blur
+        assert not reader._fit_rings(None, 0, 0, radius_q8, 0, 0)
+        assert reader.rings.lost == lost

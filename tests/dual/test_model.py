@@ -5,6 +5,7 @@ from larics.blurred.blur_model import MOTIONS, BlurModel
 from larics.blurred.candidates import X_Q8
 from larics.blurred.reader import BlurModelReader
 from larics.detect.detector import Detector
+from larics.kernels.layouts import BIAS, CANDIDATE_ITEMS
 from larics.marker import LARICS3, Family
 from larics.marker import verdicts as verdict
 from larics.marker.detection import FLAG_BLUR_MODEL
@@ -63,6 +64,40 @@ def test_what_motion_blurs_is_read_by_the_second_opinion_alone():
     assert MOTIONS[asked.blur_reader.blur.motion] > 1280 and asked.blur_reader.blur.motion_axis in (0, 2, 30)
 
 
+def two_moved():
+    """A frame of two blurred markers side by side, with the IDs 3 and 5."""
+    left, right = moved(3, 12345), moved(5, 700)
+    frame = bytearray()
+    for y in range(HEIGHT):
+        frame += left[y * WIDTH : (y + 1) * WIDTH] + right[y * WIDTH : (y + 1) * WIDTH]
+    return frame
+
+
+def test_several_blurred_markers_are_read_in_turns():
+    finder = Detector(2 * WIDTH, HEIGHT, 23, 30)
+    frame = two_moved()
+    seen = [[one.marker_id for one in finder.detect(frame)] for _ in range(6)]
+    assert sorted(seen[0] + seen[1]) == [3, 5] and seen[::2] == 3 * [seen[0]] and seen[1::2] == 3 * [seen[1]]
+
+
+def test_a_thorough_detector_reads_all_in_every_frame():
+    finder = Detector(2 * WIDTH, HEIGHT, 23, 30, thorough=True)
+    frame = two_moved()
+    empty = bytearray(2 * WIDTH * HEIGHT)
+    for _ in range(8):
+        finder.detect(empty)
+        assert not finder._blurred_search.is_sparing()
+    for _ in range(2):
+        assert sorted([one.marker_id for one in finder.detect(frame)]) == [3, 5]
+
+
+def test_a_single_blurred_marker_is_read_in_every_frame():
+    finder = detector()
+    frame = moved(3, 12345)
+    for _ in range(4):
+        assert [one.marker_id for one in finder.detect(frame)] == [3]
+
+
 def test_a_sharp_marker_needs_no_second_opinion():
     finder = detector()
     found = finder.detect(draw(WIDTH, HEIGHT, 3, X_Q4, Y_Q4, RADIUS_Q4, 4000))
@@ -93,13 +128,14 @@ def test_candidates_are_kept_by_promise_and_once():
     second = BlurModelReader(WIDTH, HEIGHT, LARICS3, 175, bytearray(512), 16, None)
     candidates = second.candidates
     for x, said in ((10, verdict.NO_RADIUS), (30, verdict.NO_ORIENTATION), (11, verdict.NO_RADIUS)):
-        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said, 0)
+        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said, 0, False)
     for x in range(50, 120, 10):
-        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, verdict.NO_FIT, 200 - x)
-    kept = [candidates.items[12 * index + X_Q8] >> 8 for index in range(8)]
-    assert kept == [30, 50, 60, 70, 80, 90, 100, 110]
+        candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, verdict.NO_FIT, 200 - x, False)
+    kept = [candidates.items[CANDIDATE_ITEMS * index + X_Q8] - BIAS >> 8 for index in range(8)]
+    assert sorted(kept) == [30, 50, 60, 70, 80, 90, 100, 110]
     candidates.forget()
-    assert second.examine(bytearray(WIDTH * HEIGHT)) == verdict.NO_RADIUS
+    second.begin()
+    assert second.examine(bytearray(WIDTH * HEIGHT), False) == verdict.NO_RADIUS
 
 
 def test_blur_spreads_a_line_and_keeps_its_ink():

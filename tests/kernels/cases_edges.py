@@ -59,7 +59,7 @@ def steep_positions(random):
 
 def thin_line_edges(random):
     for frame in frames(WIDTH, HEIGHT, random):
-        for reach, threshold, thin in ((1, 1, 1), (2, 12, 1), (3, 400, 1), (2, 12, 0)):
+        for reach, threshold, least2 in ((1, 1, 0), (2, 12, 144), (3, 400, 0), (2, 12, 0)):
             count = 60
             edges = zeros32(count)
             for i in range(count):
@@ -69,12 +69,12 @@ def thin_line_edges(random):
             for i in range(48 * 3):
                 dy = random.between(-PROBE_PX, PROBE_PX)
                 probes[i] = 32768 + dy * WIDTH + random.between(-PROBE_PX, PROBE_PX)
-            first = (PROBE_PX + 1) * WIDTH if thin else 0
-            end = (HEIGHT - PROBE_PX - 3) * WIDTH if thin else WIDTH * HEIGHT
+            first = (PROBE_PX + 1) * WIDTH if threshold > 1 else 0
+            end = (HEIGHT - PROBE_PX - 3) * WIDTH if threshold > 1 else WIDTH * HEIGHT
             yield (
                 frame, 0, 0, 0, edges, count, edges if reach == 2 else ints(count, random),
                 grid(WIDTH, HEIGHT, reach, 1, first=first, end=end), threshold, tables.DIRECTION_48, probes,
-                thin,
+                least2,
             )  # fmt: skip
 
 

@@ -44,7 +44,9 @@ def circle_samples(random):
             (27 * 256 + 77, 31 * 256 + 201, 300, 400),
         ):
             samples = words(32 * 256, random)
-            yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, scan(0, 0, 0, least, last), samples
+            for wanted in (255, 0b10000011):
+                sizes = scan(0, 0, 0, least, last)
+                yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, wanted, sizes, array("H", samples)
 
 
 def mean_samples(random):
@@ -58,10 +60,23 @@ def sector_radii(random):
     for kind in KINDS:
         for sigma, motion in BLURS:
             templates, sums = templates_of(bars_of(sigma, motion))
-            yield (
-                words(48, random), 0, 0, grey_samples(kind, 32 * 48, random),
-                scan(12 * 64, 64, 48, 24 * 64, 36 * 64, 30 * 64), templates, sums, 150, ints(32, random),
-            )  # fmt: skip
+            for sector, hop, whole in ((0, 2, 0), (4, 8, 500)):
+                yield (
+                    words(48, random), 0, 0, grey_samples(kind, 32 * 48, random),
+                    scan(12 * 64, 64, 48, 24 * 64, 36 * 64, 30 * 64), templates, sums, 150, ints(32, random),
+                    sector, hop, whole,
+                )  # fmt: skip
+
+
+def line_shade(random):
+    for frame in frames(WIDTH, HEIGHT, random):
+        for place in (
+            pose(36 * 256, 30 * 256, 20 * 256),
+            pose(36 * 256 + 77, 30 * 256 + 201, 16 * 256 + 9, 1500, -2000),
+            pose(34 * 256, 29 * 256, 5 * 256, -3500, 3500),
+            pose(300, 30 * 256, 14 * 256),
+        ):
+            yield frame, 0, 0, place, COSINE, ints(128, random)
 
 
 CASES = {
@@ -69,4 +84,5 @@ CASES = {
     "circle_samples": circle_samples,
     "mean_samples": mean_samples,
     "sector_radii": sector_radii,
+    "line_shade": line_shade,
 }

@@ -1,5 +1,7 @@
 """Calls of the kernels in larics.kernels.votes."""
 
+from array import array
+
 from inputs import ints, words, zeros16, zeros32
 
 from larics.arith import tables
@@ -44,14 +46,15 @@ def cast_votes(random):
         for i in range(len(bits)):
             bits[i] = 1 << random.below(24)
         grid = cells_grid(width=width, step=step, row=row, outer=outer, inner=inner)
-        yield cells, 0, 0, offsets, edges, count, grid, bits
+        for first, every in ((0, 1), (count // 3, 2)):
+            yield array("i", cells), 0, 0, offsets, edges, first, count, every, grid, bits
     # the last pixel of the largest frame, in one cell grid of step 8
     row = 140
     edges = zeros32(1)
     edges[0] = (1024 * 1024 - 1) | 47 << 20
     offsets = words(DIRECTIONS * 8, random, 0, row * 12)
     grid = cells_grid(width=1024, step=8, row=row, outer=2, inner=2)
-    yield zeros32(row * 141), 0, 0, offsets, edges, 1, grid, zeros32(DIRECTIONS * 4)
+    yield zeros32(row * 141), 0, 0, offsets, edges, 0, 1, 1, grid, zeros32(DIRECTIONS * 4)
 
 
 def clear_cells(random):

@@ -39,11 +39,11 @@ def log2_grey(grey):
 
 
 def cast_votes(before, after, result):
-    cells, _, _, offsets, edges, count, grid, bits = before
+    cells, _, _, offsets, edges, first, count, every, grid, bits = before
     width, step, row = (grid[k] for k in (at.CELLS_WIDTH, at.CELLS_STEP, at.CELLS_ROW))
     outer, inner = grid[at.CELLS_OUTER], grid[at.CELLS_INNER]
     expected = list(cells)
-    for edge in edges[:count]:
+    for edge in edges[first:count:every]:
         direction, position = edge >> 20, edge & 0xFFFFF
         y, x = divmod(position, width)
         origin = (y + step // 2) // step * row + (x + step // 2) // step
@@ -53,7 +53,7 @@ def cast_votes(before, after, result):
                 expected[origin + offset] |= bits[4 * direction + run]
             place += length
     same(after[0], expected)
-    assert result == count * 2 * (outer + inner)
+    assert result == len(edges[first:count:every]) * 2 * (outer + inner)
 
 
 def clear_cells(before, after, result):
@@ -183,14 +183,16 @@ def steep_positions(before, after, result):
 
 
 def thin_line_edges(before, after, result):
-    image, _, _, _, positions, count, _, grid, threshold, _, probes, thin = before
+    image, _, _, _, positions, count, _, grid, threshold, _, probes, least2 = before
     grid = _grid(grid)
     width, reach = grid["WIDTH"], grid["REACH"]
-    kept = {edge & 0xFFFFF: edge >> 20 for edge in after[6][:result]}
-    for position in positions[:count]:
-        if not grid["FIRST"] <= position < grid["END"]:
-            assert position not in kept
-            continue
+    edges, listed = result & 32767, result >> 15
+    kept = {edge & 0xFFFFF: edge >> 20 for edge in after[6][:edges]}
+    others = {edge & 0xFFFFF: edge >> 20 for edge in after[6][edges:listed]}
+    assert not set(kept) & set(others)
+    inside = [position for position in positions[:count] if grid["FIRST"] <= position < grid["END"]]
+    assert sorted(edge & 0xFFFFF for edge in after[6][:listed]) == sorted(inside)
+    for position in inside:
         y, x = divmod(position, width)
         patch = [
             [int(image[(y + dy * reach) * width + x + dx * reach]) for dx in (-1, 0, 1)] for dy in (-1, 0, 1)
@@ -198,24 +200,17 @@ def thin_line_edges(before, after, result):
         patch = np.array(patch)
         gx = (patch[:, 2] - patch[:, 0]) @ (1, 2, 1)
         gy = (patch[2] - patch[0]) @ (1, 2, 1)
-        if position in kept:
-            turn = math.atan2(gy, gx) / (2 * math.pi) * 48 % 48 if gx or gy else 0
-            off = abs((kept[position] - turn + 24) % 48 - 24)
-            assert off <= 0.75 or not (gx or gy), (position, off)
-            direction = kept[position]
-        elif gx or gy:
-            direction = round(math.atan2(gy, gx) / (2 * math.pi) * 48) % 48
-        else:
-            continue
-        if not thin:
-            assert position in kept
-            continue
+        direction = {**kept, **others}[position]
+        turn = math.atan2(gy, gx) / (2 * math.pi) * 48 % 48 if gx or gy else 0
+        off = abs((direction - turn + 24) % 48 - 24)
+        assert off <= 0.75 or not (gx or gy), (position, off)
         beyond, dark, light = (
             int(image[position + probes[3 * direction + k] - 32768]) for k in range(3)
         )  # fmt: skip
         is_thin = 2 * (beyond - dark) > threshold and 3 * (beyond - dark) >= light - dark
-        if position in kept:
-            assert is_thin, position
+        across, down = patch[1, 2] - patch[1, 0], patch[2, 1] - patch[0, 1]
+        is_steep = not least2 or across**2 + down**2 > least2
+        assert (position in kept) == (is_thin and is_steep), position
 
 
 def count_greys(before, after, result):
@@ -702,17 +697,20 @@ def polar_samples(before, after, result):
 
 
 def circle_samples(before, after, result):
-    image, _, _, width, cx, cy, _, directions, scan, _ = before
+    image, _, _, width, cx, cy, _, directions, wanted, _, samples = before
     picture = numbers(image).reshape(-1, width)
-    scan = after[8]
+    scan = after[9]
     least, last = scan[at.SCAN_LEAST], scan[at.SCAN_LAST]
     count, pitch = scan[at.SCAN_COUNT], scan[at.SCAN_PITCH]
     # steps of a twentieth of the smallest radius, from the unit 13 of it to the unit 29 of the largest
     assert pitch == max(24, least // 20) and scan[at.SCAN_REFERENCE] == (least + last) // 2
     assert 0 <= least * 13 / 24 - scan[at.SCAN_FIRST] < pitch
     assert 0 < scan[at.SCAN_FIRST] + (count - 1) * pitch - last * 29 / 24 <= pitch
-    found = numbers(after[9], directions * count).reshape(directions, count)
+    found = numbers(after[10], directions * count).reshape(directions, count)
     for k in range(directions):
+        if not wanted >> k % 8 & 1:
+            same(found[k], samples[k * count : (k + 1) * count])
+            continue
         angle = 2 * math.pi * (k + 0.5) / directions
         for i in range(count):
             distance = (scan[at.SCAN_FIRST] + i * scan[at.SCAN_PITCH]) / 256
@@ -739,12 +737,15 @@ def mean_samples(before, after, result):
 
 
 def sector_radii(before, after, result):
-    _, _, _, samples, scan, templates, sums, least_match, _ = before
+    _, _, _, samples, scan, templates, sums, least_match, untouched, begin, hop, whole = before
     first, pitch, count, least, last, reference = scan
     greys = numbers(samples, 32 * count).reshape(32, count)
     template = numbers(templates, 16) - 32768
     total = 0
-    for sector in range(0, 32, 2):
+    seen_sectors = range(begin, 32, hop)
+    for sector in set(range(0, 32, 2)) - set(seen_sectors):
+        same(after[8][sector : sector + 2], untouched[sector : sector + 2])
+    for sector in seen_sectors:
         profile = (greys[sector - 1] + greys[(sector + 1) % 32] + 2 * greys[sector]) // 4
         matches = {}
         radius = least
@@ -765,9 +766,42 @@ def sector_radii(before, after, result):
             total += matches[chosen]
         else:
             total += min(best, least_match)
-    assert result <= 16 * 1024
-    if all(after[8][sector] for sector in range(0, 32, 2)):
-        assert abs(result - total) <= 0.15 * total + 200
+    assert result - whole <= len(seen_sectors) * 1024
+    if all(after[8][sector] for sector in seen_sectors):
+        assert abs(result - whole - total) <= 0.15 * total + 200
+
+
+def line_shade(before, after, result):
+    image, _, _, pose, _, _ = before
+    cx, cy = [(pose[k] - at.BIAS) / 256 for k in (at.CIRCLE_X_Q8, at.CIRCLE_Y_Q8)]
+    e1, e2 = [(pose[k] - at.BIAS) / 16384 for k in (at.CIRCLE_E1, at.CIRCLE_E2)]
+    width, height = pose[at.CIRCLE_WIDTH], pose[at.CIRCLE_HEIGHT]
+    unit = pose[at.CIRCLE_RADIUS_Q8] / 256 / 24
+    angles = 2 * math.pi * (np.arange(64) + 0.5) / 64
+    cos, sin = np.cos(angles), np.sin(angles)
+    dx, dy = unit * (cos + e1 * cos + e2 * sin), unit * (sin + e2 * cos - e1 * sin)
+    inside = [(cx + 32 * dx, width), (cy + 32 * dy, height)]
+    if result == 8192:
+        assert any(values.min() < -0.4 or values.max() > size - 0.6 for values, size in inside)
+        return
+    assert all(values.min() > -0.6 and values.max() < size - 0.4 for values, size in inside)
+    # a pixel's edge is where rounding decides: shades of places a little to either side bound the result
+    found = []
+    for off in (-0.02, 0, 0.02):
+        picture = numbers(image).reshape(-1, width)
+
+        def seen(u, off=off, picture=picture):
+            x = np.clip(np.floor(cx + u * dx + 0.5 + off).astype(int), 0, width - 1)
+            return picture[np.clip(np.floor(cy + u * dy + 0.5 + off).astype(int), 0, height - 1), x]
+
+        rings = (2 * seen(20) - seen(16) - seen(24)).sum()
+        around = sum(seen(u) for u in range(28, 33))
+        around = np.roll(around, 1) + 2 * around + np.roll(around, -1)
+        beside = [sum(np.roll(around, side * k) for k in (5, 6, 7)) for side in (1, -1)]
+        deepest = max(0, (np.minimum(*beside) - 3 * around).max())
+        # five pixels, four times, three times, against two of each of 64 directions
+        found.append(min(8191, 256 * (deepest / 60) / (max(64, rings) / 128)))
+    assert min(found) * 0.9 - 8 <= result <= max(found) * 1.1 + 8, (result, found)
 
 
 def ring_shifts(before, after, result):
@@ -1005,7 +1039,53 @@ def hidden_cells(before, after, result):
     assert result == expected
 
 
+# --- candidates for the blur-model reader
+
+
+def _candidates(items, count):
+    """{(least, x, y): rank} of a list."""
+    slots = [items[at.CANDIDATE_ITEMS * k : at.CANDIDATE_ITEMS * (k + 1)] for k in range(count)]
+    where = (at.CANDIDATE_LEAST_Q8, at.CANDIDATE_X_Q8, at.CANDIDATE_Y_Q8)
+    return {tuple(slot[k] for k in where): slot[at.CANDIDATE_RANK] for slot in slots}
+
+
+def remember(before, after, result):
+    items, _, _, count, capacity, rank, x, y, least, most, verdict = before
+    expected = _candidates(items, count)
+    near = [
+        key for key in expected
+        if key[0] == least and abs(key[1] - x) < least // 4 and abs(key[2] - y) < least // 4
+    ]  # fmt: skip
+    if not any(expected[key] >= rank for key in near):
+        if near:
+            del expected[near[-1]]
+        elif count == capacity and min(expected.values()) < rank:
+            del expected[min(expected, key=expected.get)]
+        if len(expected) < capacity:
+            expected[least, x, y] = rank
+    assert _candidates(after[0], result) == expected
+    slot = [
+        k * at.CANDIDATE_ITEMS for k in range(result)
+        if list(after[0][k * at.CANDIDATE_ITEMS :][:4]) == [rank, x, y, least]
+    ]  # fmt: skip
+    if slot and (least, x, y) not in _candidates(items, count):
+        new = after[0][slot[0] : slot[0] + at.CANDIDATE_ITEMS]
+        assert new[at.CANDIDATE_MOST_Q8] == most and new[at.CANDIDATE_VERDICT] == verdict
+        assert new[at.CANDIDATE_LOOKED] == new[at.CANDIDATE_SCORE] == new[at.CANDIDATE_KIND] == 0
+
+
+def next_unseen(before, after, result):
+    items, _, _, count = before
+    ranks = [
+        -1 if items[slot + at.CANDIDATE_LOOKED] else items[slot]
+        for slot in range(0, at.CANDIDATE_ITEMS * count, at.CANDIDATE_ITEMS)
+    ]
+    best = max(ranks, default=-1)
+    assert result == (ranks.index(best) * at.CANDIDATE_ITEMS if best > 0 else -1)
+
+
 ORACLES = {
+    "candidates": (remember, next_unseen),
     "cells": (hidden_cells,),
     "votes": (cast_votes, clear_cells, find_windows, rank_centres),
     "edges": (gradient_histogram, edge_threshold, steep_positions, thin_line_edges),
@@ -1018,7 +1098,7 @@ ORACLES = {
         blurred_bars, ring_templates, fold_templates, fold_sectors, match_sectors, best_direction,
         match_direction,
     ),
-    "polar": (polar_samples, circle_samples, mean_samples, sector_radii),
+    "polar": (polar_samples, circle_samples, mean_samples, sector_radii, line_shade),
     "code_rules": (code_light,),
     "sectors": (ring_shifts, shift_harmonics, median, sector_levels),
     "blurred_lines": (

@@ -71,7 +71,7 @@ def make_detector(
         from larics.device import factory  # it compiles the kernels
 
         settings.radius_min_px, settings.radius_max_px = low, high
-        return factory.make_detector(settings, (width, height))
+        return factory.make_detector(settings, (width, height), thorough=True)
 
     if radius_px:
         levels = reduced.levels_of(width, height, low, high, _MOST_PX[method])

@@ -126,6 +126,14 @@ class BlurModel:
         self.prepare(self.sigma, self.motion, 1, 2)
         return True
 
+    def is_faint(self, power):
+        """Whether most sectors that `search` saw have a smaller sum of squares (1/16 grey level)."""
+        count = 0
+        for sector in range(_SECTORS):
+            if self._powers[sector] < power:
+                count += 1
+        return 2 * count > _SECTORS
+
     def _try_motions(self):
         """Tries shorter, longer and otherwise directed motions, if there is one."""
         if self.motion:

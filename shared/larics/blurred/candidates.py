@@ -7,99 +7,170 @@ try:
 except ImportError:
     from larics._cpython import const
 
-X_Q8 = const(1)  # items of a candidate: centre and range of radii where the search found it,
-Y_Q8 = const(2)
-RADIUS_MIN_Q8 = const(3)
-RADIUS_MAX_Q8 = const(4)
-VERDICT = const(5)  # what the direct reader said,
-SCORE = const(6)  # how much it looks like rings, and the rings' coarse pose
-X_Q10 = const(7)
-Y_Q10 = const(8)
-RADIUS_Q8 = const(9)
-E1 = const(10)
-E2 = const(11)
+from larics.blurred.places import READ, REJECTED, Places
+from larics.kernels import candidates as kernels
+from larics.marker import verdicts
 
-_ITEMS = const(12)
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+X_Q8 = const(1)
+Y_Q8 = const(2)
+LEAST_Q8 = const(3)
+MOST_Q8 = const(4)
+VERDICT = const(5)
+LOOKED = const(6)
+SCORE = const(7)
+X_Q10 = const(8)
+Y_Q10 = const(9)
+RADIUS_Q8 = const(10)
+E1 = const(11)
+E2 = const(12)
+_KIND = const(13)
+_ITEMS = const(14)
+
 _CAPACITY = const(8)
-_LEAST_SCORE = const(4300)  # of 16384; half of the clutter has less,
-_GOOD_SCORE = const(9000)  # hardly any so much
+_LEAST_SCORE = const(5200)  # of 16384; hardly any marker has less,
+_LEAST_SCORE_CLEAR = const(7200)  # in a frame with contrast,
+_LEAST_SCORE_SMALL = const(4300)  # nor a small one
+_SMALL_Q8 = const(2304)
+_LEAST_SHADE = const(36)  # of the darkest direction around, 256ths of the rings; 1 in 100 lines has below 57
+_MOST_SHADE = const(1000)  # through defocus of 3.5 px lines have up to 867,
+_LARGE_Q8 = const(3072)  # but small ones more
+_GOOD_SCORE = const(9000)  # hardly any clutter has so much
 _RANKS = (0, 5, 1, 2, 3, 3, 4, 4, 4, 5)  # by sharp verdict: how far the candidate came
 
 
 class Candidates:
     """Up to eight candidates, those that came farther before the others.
 
-    items    array('i') of the candidates' items, which lie where `best` says
+    items    array('i') of the candidates' items (kernels.layouts: CANDIDATE), which lie where `best` says
+    places   what was examined in the last frames, and how that ended
     """
 
     def __init__(self):
-        self.items = array("i", bytes(4 * _ITEMS * (_CAPACITY + 1)))
-        self._count = self._looked = 0
+        self.items = array("i", bytes(4 * _ITEMS * _CAPACITY))
+        self.places = Places()
+        self._count = 0
+        self._clear = self._passes_over = False
 
     def memory(self):
-        """Bytes of the buffer."""
-        return 4 * len(self.items)
+        """Bytes of the buffers."""
+        return 4 * len(self.items) + self.places.memory()
 
     def forget(self):
         """Begins a new frame."""
-        self._count = self._looked = 0
+        self._count = 0
 
-    def remember(self, x_q8, y_q8, radius_min_q8, radius_max_q8, verdict, votes):
-        """Keeps a candidate, unless one of its size nearby came as far; equals are ranked by their votes."""
-        items = self.items
-        rank = (_RANKS[verdict] << 16) + votes
-        near_q8 = radius_min_q8 >> 2
-        for index in range(self._count):
-            slot = _ITEMS * index
-            if (
-                items[slot + RADIUS_MIN_Q8] == radius_min_q8
-                and abs(items[slot + X_Q8] - x_q8) < near_q8
-                and abs(items[slot + Y_Q8] - y_q8) < near_q8
-                and items[slot] >= rank
-            ):
-                return
-        slot = self._count
-        while slot and items[_ITEMS * (slot - 1)] < rank:
-            for item in range(_ITEMS):
-                items[_ITEMS * slot + item] = items[_ITEMS * (slot - 1) + item]
-            slot -= 1
-        slot *= _ITEMS
-        items[slot] = rank
-        items[slot + X_Q8] = x_q8
-        items[slot + Y_Q8] = y_q8
-        items[slot + RADIUS_MIN_Q8] = radius_min_q8
-        items[slot + RADIUS_MAX_Q8] = radius_max_q8
-        items[slot + VERDICT] = verdict
-        if self._count < _CAPACITY:
-            self._count += 1
+    def remember(self, x_q8, y_q8, radius_min_q8, radius_max_q8, verdict, votes, clear):
+        """Keeps a candidate, unless one of its size nearby came as far; equals are ranked by their votes.
 
-    def best(self, frame, rings):
+        clear: whether the frame has contrast; then less is forgiven."""
+        self._clear = clear
+        self._count = kernels.remember(
+            self.items, 0, 0, self._count, _CAPACITY, (_RANKS[verdict] << 16) + votes, x_q8 + _BIAS,
+            y_q8 + _BIAS, radius_min_q8, radius_max_q8, verdict,
+        )  # fmt: skip
+
+    def best(self, frame, rings, passes_over):
         """The first item of the one that looks most like rings and has not been taken yet; -1 without any.
 
-        Looks coarsely at one after the other until one looks good enough."""
+        Looks coarsely at one after the other until one looks good enough. What was read in the last frame
+        gives way to all others; passes_over: what was rejected is not looked at."""
         items = self.items
-        best = 0
-        found = -1
-        for index in range(self._count):
-            slot = _ITEMS * index
-            if index == self._looked:
-                self._look(frame, rings, slot)
-            if items[slot + SCORE] > max(best, _LEAST_SCORE):
-                best = items[slot + SCORE]
-                found = slot
-            if best >= _GOOD_SCORE:
+        self._passes_over = passes_over
+        found = self._best()
+        while found < 0 or items[found + SCORE] < _GOOD_SCORE or items[found + _KIND] == READ:
+            slot = kernels.next_unseen(items, 0, 0, self._count)
+            if slot < 0:
                 break
+            self._look(frame, rings, slot)
+            if items[slot + SCORE] and (found < 0 or self._is_better(slot, found)):
+                found = slot
         if found >= 0:
             items[found + SCORE] = 0
         return found
 
+    def _best(self):
+        """The first item of the best of those looked at; -1 without any."""
+        items = self.items
+        found = -1
+        for slot in range(0, _ITEMS * self._count, _ITEMS):
+            if items[slot + SCORE] and (found < 0 or self._is_better(slot, found)):
+                found = slot
+        return found
+
+    def _is_better(self, slot, other):
+        items = self.items
+        if (items[slot + _KIND] == READ) != (items[other + _KIND] == READ):
+            return items[other + _KIND] == READ
+        return items[slot + SCORE] > items[other + SCORE]
+
+    def recognize(self):
+        """Recognizes what was examined in the last frames; whether any was read in the last one."""
+        items = self.items
+        places = self.places
+        places.begin()
+        read = False
+        if places.are_noted:
+            for slot in range(0, _ITEMS * self._count, _ITEMS):
+                items[slot + _KIND] = kind = places.kind(items[slot + X_Q8], items[slot + Y_Q8])
+                read = read or kind == READ
+        return read
+
+    def was_read(self, slot):
+        """Whether a marker was read there in the last frame."""
+        return self.items[slot + _KIND] == READ
+
+    def note(self, slot, radius_q8, kind):
+        """Notes how the examination of one ended."""
+        items = self.items
+        self.places.note(items[slot + X_Q8], items[slot + Y_Q8], radius_q8, kind)
+
+    def dismiss_ghosts(self, taken):
+        """Dismisses what may be but another view, from beside them, of the rings of the one taken.
+
+        Noise may show the better view second: only where the frame has contrast."""
+        if self._clear:
+            self._dismiss(taken, self.items[taken + LEAST_Q8], 0)
+
+    def dismiss_judged(self, taken, radius_q8):
+        """Dismisses the same rings at another scale: those of the one taken, of this radius, were judged."""
+        self._dismiss(taken, radius_q8 >> 2, radius_q8)
+
+    def _dismiss(self, taken, near_q8, radius_q8):
+        items = self.items
+        for slot in range(0, _ITEMS * self._count, _ITEMS):
+            if (
+                abs(items[slot + X_Q8] - items[taken + X_Q8]) < near_q8
+                and abs(items[slot + Y_Q8] - items[taken + Y_Q8]) < near_q8
+                and (
+                    abs(items[slot + RADIUS_Q8] - radius_q8) < radius_q8 >> 3
+                    if radius_q8
+                    else items[slot + LEAST_Q8] == near_q8
+                )
+            ):
+                if not radius_q8:
+                    items[slot + LOOKED] = 1
+                items[slot + SCORE] = 0
+
     def _look(self, frame, rings, slot):
         items = self.items
-        self._looked += 1
+        items[slot + LOOKED] = 1
+        items[slot + SCORE] = 0
+        if items[slot + VERDICT] == verdicts.NO_CODE:
+            return  # it was seen well enough
+        if self._passes_over and items[slot + _KIND] == REJECTED:
+            return
+        least = _LEAST_SCORE_CLEAR if self._clear else _LEAST_SCORE
+        if items[slot + LEAST_Q8] < _SMALL_Q8:
+            least = _LEAST_SCORE_SMALL
         items[slot + SCORE] = rings.coarse(
-            frame, items[slot + X_Q8], items[slot + Y_Q8], items[slot + RADIUS_MIN_Q8],
-            items[slot + RADIUS_MAX_Q8],
+            frame, items[slot + X_Q8] - _BIAS, items[slot + Y_Q8] - _BIAS, items[slot + LEAST_Q8],
+            items[slot + MOST_Q8], least,
         )  # fmt: skip
+        if items[slot + SCORE]:
+            shade = rings.line_shade(frame)
+            if shade < _LEAST_SHADE or shade > _MOST_SHADE and items[slot + LEAST_Q8] >= _LARGE_Q8:
+                items[slot + SCORE] = 0  # rings without a line, or no rings
         items[slot + X_Q10] = rings.x_q10
         items[slot + Y_Q10] = rings.y_q10
         items[slot + RADIUS_Q8] = rings.radius_q8

@@ -22,7 +22,8 @@ from larics.blurred.acceptance import Acceptance
 from larics.blurred.blur_model import BlurModel
 from larics.blurred.candidates import Candidates
 from larics.blurred.line_fit import BlurredLines
-from larics.blurred.ring_fit import BlurredRings
+from larics.blurred.places import READ, REJECTED
+from larics.blurred.ring_fit import LOST_FOR_GOOD, LOST_ON_THE_WAY, BlurredRings
 from larics.direct.uncertainty import sigma_q12
 from larics.marker import verdicts
 
@@ -32,6 +33,9 @@ _TURNS = const(3)
 _TURNS_AGAIN = const(2)  # with the lines taken out
 _TRIES = const(2)  # the candidate that looks most like rings, and another when it is no marker at all
 _FITS = const(4)  # of both together
+_FEW_FITS = const(2)  # of one, where another one was read in the last frame or little is to be done
+_GOOD_OF_MOTION = const(13)  # where motion led a fit astray, fewer sectors look like rings;
+_LARGE_Q8 = const(5120)  # rings from that size on are not fitted again otherwise
 _DEPTH_FIRST = const(130)
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
@@ -56,6 +60,7 @@ class BlurModelReader:
         self.acceptance = Acceptance(family, allowed, margin_min)
         self._cells = cells
         self._fits_left = 0
+        self._recognizes = False  # a candidate was read in the last frame
         self._settled = False  # the rings have been fitted without the lines
         self._hidden = False  # a sharp picture may show that something hides a bit
         self.x_q8 = self.y_q8 = self.heading_cdeg = 0
@@ -69,21 +74,40 @@ class BlurModelReader:
         """Bytes of the buffers."""
         return self.blur.memory() + self.rings.memory() + self.lines.memory() + self.candidates.memory()
 
-    def examine(self, frame):
-        """The verdict on the candidate whose rings look most like rings.
+    def begin(self):
+        """Begins to examine the candidates of a frame that follows the one before."""
+        self._recognizes = self.candidates.recognize()
 
-        ACCEPTED, ID_UNCERTAIN or what speaks against it; NO_RADIUS without a candidate."""
+    def examine(self, frame, sparing):
+        """The verdict on the candidate whose rings look most like rings, of those that were not read last.
+
+        sparing: one is examined and no more, and what was rejected lately is passed over. ACCEPTED,
+        ID_UNCERTAIN or what speaks against it; NO_RADIUS without a candidate."""
         candidates = self.candidates
         verdict = verdicts.NO_RADIUS
-        self._fits_left = _FITS
-        for _ in range(_TRIES):
-            slot = candidates.best(frame, self.rings)
+        has_read = self._recognizes
+        self._fits_left = _FEW_FITS if sparing else _FITS
+        for _ in range(1 if sparing else _TRIES):
+            slot = candidates.best(frame, self.rings, sparing)
             if slot < 0:
                 break
+            if has_read:
+                # what was read in the last frame is not to go short
+                self._fits_left = _FITS if candidates.was_read(slot) else _FEW_FITS
             self._settled = False
             verdict = self._examine_candidate(frame, slot)
-            if self._settled or verdict == verdicts.NOT_EMPTY:
+            radius_q8 = self.rings.radius_q8
+            if verdict == verdicts.ACCEPTED:
+                candidates.note(slot, radius_q8, READ)
+                candidates.dismiss_judged(slot, radius_q8)
                 break
+            if verdict == verdicts.NO_ORIENTATION or self.rings.lost == LOST_FOR_GOOD:
+                candidates.note(slot, radius_q8, REJECTED)
+            if not has_read and (self._settled or verdict == verdicts.NOT_EMPTY):
+                break
+            candidates.dismiss_ghosts(slot)
+            if verdict >= verdicts.NO_ORIENTATION:
+                candidates.dismiss_judged(slot, radius_q8)
         return verdict
 
     def _examine_candidate(self, frame, slot):
@@ -97,14 +121,16 @@ class BlurModelReader:
         if not (
             self._fit_rings(frame, x_q10, y_q10, radius_q8, e1, e2)
             # motion looks like a smaller ellipse at first
-            or self._fit_rings(frame, x_q10, y_q10, radius_q8 * 26 // 25, 0, 0)
-            or self._fit_again(frame, slot)
+            or rings.lost == LOST_ON_THE_WAY
+            and self._fit_rings(frame, x_q10, y_q10, radius_q8 * 26 // 25, 0, 0)
+            or rings.lost != LOST_FOR_GOOD
+            and self._fit_again(frame, slot)
         ):
             return verdicts.NO_FIT
         radius_q8 = rings.radius_q8
         if (
-            radius_q8 * 8 < candidate[slot + items.RADIUS_MIN_Q8] * 7
-            or radius_q8 * 8 > candidate[slot + items.RADIUS_MAX_Q8] * 9
+            radius_q8 * 8 < candidate[slot + items.LEAST_Q8] * 7
+            or radius_q8 * 8 > candidate[slot + items.MOST_Q8] * 9
         ):
             return verdicts.OUT_OF_RANGE
         self._hidden = candidate[slot + items.VERDICT] in _HIDDEN and self._sharp()
@@ -125,7 +151,7 @@ class BlurModelReader:
             candidate = self.candidates.items
             if not rings.coarse(
                 frame, candidate[slot + items.X_Q10] >> 2, candidate[slot + items.Y_Q10] >> 2,
-                candidate[slot + items.RADIUS_MIN_Q8], candidate[slot + items.RADIUS_MAX_Q8],
+                candidate[slot + items.LEAST_Q8], candidate[slot + items.MOST_Q8], 0,
             ):  # fmt: skip
                 return False
             return self._fit_rings(frame, rings.x_q10, rings.y_q10, rings.radius_q8, rings.e1, rings.e2)
@@ -172,8 +198,15 @@ class BlurModelReader:
         if not self._fits_left:
             return False
         self._fits_left -= 1
-        self.rings.start(x_q10, y_q10, radius_q8, e1, e2)
-        return self.rings.fit(frame, _TURNS, None) and self.acceptance.rings(self.rings, 8, 10)
+        rings = self.rings
+        rings.start(x_q10, y_q10, radius_q8, e1, e2)
+        if not rings.fit(frame, _TURNS, None):
+            return False
+        if self.acceptance.rings(rings, 8, 10):
+            return True
+        if rings.good > _GOOD_OF_MOTION and radius_q8 >= _LARGE_Q8:
+            rings.lost = LOST_FOR_GOOD
+        return False
 
     def _cell_depth(self):
         """How dark a cell must look against the white beside it in this blur, log units."""

@@ -38,12 +38,23 @@ _COARSE_SIGMA_SMALL = const(12)
 _SMALL_Q8 = const(3000)
 # smallest squared correlation of a sector that counts, 1/1024: coarsely, in the first step, later, as a ring
 _COARSE_MATCH = const(150)
+# a coarse look goes on while the sectors seen agree: the first of these, from one to the next, which of eight
+# directions they need, 64ths of the least score that they must reach
+_LOOKS = ((0, 8, 0b10000011, 12), (4, 8, 0b00111000, 28), (2, 4, 0b01000100, 64))
+_LOOKS_SHARE = const(6)  # bits of those 64ths
 _FIRST_MATCH = const(300)
 _MATCH = const(450)
 _GOOD_MATCH = const(640)
 _LEAST_GOOD = const(16)  # sectors of 32 that must look like rings in a step,
 _LEAST_SECTORS = const(12)  # those of each ring that must agree, and
 _LEAST_COARSE = const(6)  # of 16
+_RATIO_LEAST_Q10 = const(651)  # of the radii; a marker's are within 24 of 683 from the first step on
+_RATIO_MOST_Q10 = const(715)
+_FAINT_POWER = const(60000)  # sum of squares of a sector's samples: with less, noise may have led astray
+_NEAR_SCORE = const(8600)  # of BlurModel: less is far from rings
+LOST_FOR_GOOD = const(0)  # how a fit ended: these are no rings of a marker,
+LOST_IN_NOISE = const(1)  # nothing was seen, but noise may be the reason,
+LOST_ON_THE_WAY = const(2)  # or the fit went astray
 _FLOOR_Q10 = const(96)  # a sector this close to the fit is never an outlier
 _STRONGEST_Q14 = const(3500)  # strongest ellipse and perspective
 _RADIUS_LEAST_Q8 = const(1024)
@@ -71,6 +82,7 @@ class BlurredRings:
     match                 median of the squared correlations, 1/1024
     levels                the same in each of 32 sectors
     samples               array('H'), scratch space of whoever samples
+    lost                  why the last `fit` failed: LOST_*
     """
 
     def __init__(self, width, height, blur):
@@ -84,6 +96,7 @@ class BlurredRings:
         # one direction in the middle of each sector, and two
         self._fan_first = fan(_DIRECTIONS_FIRST, 8, 4, _FIRST, _COUNT)
         self._fan = fan(_DIRECTIONS, 4, 2, _FIRST, _COUNT)
+        self._shades = array("i", bytes(4 * 2 * _DIRECTIONS))
         self.samples = array("H", bytes(2 * SAMPLES))
         self.levels = array("H", bytes(128))
         self._means = array("H", bytes(2 * 544))
@@ -95,10 +108,11 @@ class BlurredRings:
         self.ratio_q10 = self.deviation_q10 = self.used_outer = self.used_inner = 0
         self._local = 1
         self.good = self.amplitude = self.background = self.match = 0
+        self.lost = LOST_ON_THE_WAY
 
     def memory(self):
         """Bytes of the buffers."""
-        items = _CIRCLE_ITEMS + _SCAN_ITEMS + 2 * _FAN_ITEMS
+        items = _CIRCLE_ITEMS + _SCAN_ITEMS + 2 * _FAN_ITEMS + 2 * _DIRECTIONS
         return 2 * (SAMPLES + 64 + 544 + 96) + 128 + 128 + 32 + 4 * items
 
     def sample(self, frame, fan, cosine, sine):
@@ -107,10 +121,11 @@ class BlurredRings:
             frame, 0, 0, 0, self._pose, fan, COSINE, cosine, sine, self.samples
         )  # fmt: skip
 
-    def coarse(self, frame, x_q8, y_q8, radius_min_q8, radius_max_q8):
+    def coarse(self, frame, x_q8, y_q8, radius_min_q8, radius_max_q8, least):
         """A first pose near a centre, from the radii at which 16 directions show two rings.
 
-        Returns how well they agree (at most 16384), 0 when they do not lie on one ellipse."""
+        Returns how well they agree (at most 16384), 0 when they do not lie on one ellipse, or as soon as they
+        will hardly reach `least`."""
         blur = self.blur
         low_q8 = radius_min_q8 * 13 >> 4
         room_q8 = min(min(x_q8, (self.width << 8) - x_q8), min(y_q8, (self.height << 8) - y_q8))
@@ -126,10 +141,17 @@ class BlurredRings:
         scan = self._scan
         scan[_SCAN_LEAST] = low_q8
         scan[_SCAN_LAST] = high_q8
-        kernels.circle_samples(frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, scan, self.samples)
-        score = kernels.sector_radii(
-            self._means, 0, 0, self.samples, scan, blur.templates, blur.sums, _COARSE_MATCH, self._outer
-        )
+        score = 0
+        for sector, hop, wanted, share in _LOOKS:
+            kernels.circle_samples(
+                frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, wanted, scan, self.samples
+            )  # fmt: skip
+            score = kernels.sector_radii(
+                self._means, 0, 0, self.samples, scan, blur.templates, blur.sums, _COARSE_MATCH, self._outer,
+                sector, hop, score,
+            )  # fmt: skip
+            if score << _LOOKS_SHARE < least * share:
+                return 0
         used = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 8, self.radius_q8 // 6, result)
         self.x_q10 += result[1] - _ZERO
         self.y_q10 += result[2] - _ZERO
@@ -142,6 +164,13 @@ class BlurredRings:
         if max(abs(self.e1), abs(self.e2)) > _STRONGEST_Q14:
             return 0
         return score
+
+    def line_shade(self, frame):
+        """How dark the darkest direction outside the rings is at the present pose, 256ths of their depth.
+
+        More than that of any line where it may lie outside the frame."""
+        self._put_pose()
+        return kernels.line_shade(frame, 0, 0, self._pose, COSINE, self._shades)
 
     def start(self, x_q10, y_q10, radius_q8, e1, e2):
         """Begins a fit with this pose."""
@@ -169,6 +198,7 @@ class BlurredRings:
         """Gauss-Newton steps from the present pose; `lines`, once they are known, are taken out.
 
         Without lines the blur is searched for, too. False when the rings do not hold."""
+        self.lost = LOST_ON_THE_WAY
         for turn in range(turns):
             # at first one direction in each of 32 sectors will do
             first = lines is None and turn == 0
@@ -178,6 +208,8 @@ class BlurredRings:
                 lines.erase(self, self._fan)
             kernels.mean_samples(self.samples, 0, 0, 0 if first else _COUNT, 32, _COUNT, self._means)
             if lines is None and turn < 2 and not self.blur.search(self._means, turn):
+                if first and self.blur.score < _NEAR_SCORE:
+                    self.lost = LOST_IN_NOISE if self.blur.is_faint(_FAINT_POWER) else LOST_FOR_GOOD
                 return False
             limit = 3072 if first else 2048 if lines is None and turn == 1 else 1536
             if not self._step(limit, _FIRST_MATCH if first else _MATCH, not first):
@@ -231,6 +263,9 @@ class BlurredRings:
         self.e1 += ((outer_cos + (result[3] - _ZERO) * 3 // 2) << 11) // radius_q8
         self.e2 += ((outer_sin + (result[4] - _ZERO) * 3 // 2) << 11) // radius_q8
         self.ratio_q10 = ((radius_q8 * 8 // 3 + inner_r) << 10) // max(1, (radius_q8 << 2) + outer_r)
+        if not _RATIO_LEAST_Q10 < self.ratio_q10 < _RATIO_MOST_Q10:
+            self.lost = LOST_FOR_GOOD
+            return False
         self.radius_q8 += ((outer_r * 3 + inner_r * 2) // 5 + 2) >> 2
         shape = max(max(abs(self.hx), abs(self.hy)), max(abs(self.e1), abs(self.e2)))
         if shape > _STRONGEST_Q14 or not _RADIUS_LEAST_Q8 <= self.radius_q8 <= _RADIUS_MOST_Q8:

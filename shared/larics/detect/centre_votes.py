@@ -153,8 +153,12 @@ class CentreVotes:
                 end += 1
         return end - first
 
-    def find(self, edges, count, left, right, top, bottom):
-        """Votes with `count` edges and ranks the centres inside the rectangle (px); returns their number."""
+    def find(self, edges, first, count, every, left, right, top, bottom):
+        """Votes with every so-manyth edge from `first` to before `count` and ranks the centres inside the
+        rectangle (px).
+
+        With first > 0 those before have voted already, and nothing else since. Returns the number of
+        centres."""
         grid = self.grid
         buffers = self._buffers
         cells = buffers.cells
@@ -164,9 +168,10 @@ class CentreVotes:
         block_right = half_padding + right // step // 2 + 1
         block_top = half_padding + top // step // 2 - 1
         block_bottom = half_padding + bottom // step // 2 + 1
-        buffers.clear((block_top * 2 - 2) * grid.row, (block_bottom * 2 + 4) * grid.row)
+        if not first:
+            buffers.clear((block_top * 2 - 2) * grid.row, (block_bottom * 2 + 4) * grid.row)
         self.votes = kernels.cast_votes(
-            cells, 0, 0, self._offsets, edges, count, self._cells, buffers.bits
+            cells, 0, 0, self._offsets, edges, first, count, every, self._cells, buffers.bits
         )  # fmt: skip
         windows = kernels.find_windows(
             cells, 0, grid.row, block_left, block_right, block_top, block_bottom, buffers.above,

@@ -14,6 +14,7 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith.fixed import frame_view, words
+from larics.detect.blurred_search import BlurredSearch, least_score
 from larics.detect.centre_votes import CellGrid, CentreVotes, VoteBuffers
 from larics.detect.confirmation import Confirmation
 from larics.detect.edges import EdgeFinder
@@ -50,6 +51,8 @@ class Detector:
     max_tilt_deg     of the camera, 0..40: widens the range of radii by what tilt shortens
     mirrored         the sensor shows left and right exchanged: cells are read the other way round; the ID of
                      a plain marker is reported as it is seen
+    thorough         all that the blur-model reader can read is looked for in every frame, each by itself;
+                     else it reads one marker a frame, and less is done after frames without a marker
     confirm          (n, m): an ID seen in fewer than n of the last m frames has FLAG_UNCONFIRMED; None: off
 
     `counts` tells what the last frame took. ValueError for arguments out of range.
@@ -58,7 +61,7 @@ class Detector:
     def __init__(
         self, width, height, radius_min_px=RADIUS_MIN_PX, radius_max_px=RADIUS_MAX_PX, line_mm=None,
         family=CODED, allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
-        max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN, mirrored=False,
+        max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN, mirrored=False, thorough=False,
     ):  # fmt: skip
         if not (64 <= width <= 1024 and 48 <= height <= 1024):
             raise ValueError("frames are 64x48 to 1024x1024 px, not %dx%d" % (width, height))
@@ -119,13 +122,18 @@ class Detector:
             scale.radii = self.direct.rings.radii(
                 scale.radius_min_q8, scale.radius_max_q8, scale.edges.half_line_q8
             )
+        self._thorough = thorough
         self.blur_reader = None
+        self._blurred_search = None
         if second_opinion:
             from larics.blurred.reader import BlurModelReader  # a board with little memory does without
 
             if BlurModelReader.knows(family):
                 self.blur_reader = BlurModelReader(
                     width, height, family, line_mm10, self.allowed, margin_min, self.direct.cells
+                )
+                self._blurred_search = BlurredSearch(
+                    self._scales, self._centres, self.blur_reader.candidates, width, height, self.statistics
                 )
         self._confirmation = Confirmation(confirm[0], confirm[1], MARKERS) if confirm else None
         detections = [Detection() for _ in range(MARKERS)]
@@ -188,6 +196,7 @@ class Detector:
         self.direct.rings.crossings = 0
         if self.blur_reader is not None:
             self.blur_reader.candidates.forget()
+            self._blurred_search.begin()
         return frame
 
     def _finish(self):
@@ -205,12 +214,15 @@ class Detector:
         if not count or not self._seen:
             self._motion_x_q8 = self._motion_y_q8 = 0
         self._seen = count > 0
+        if self._blurred_search is not None and not self._thorough:
+            self._blurred_search.end(self._seen)
         if self._confirmation is not None:
             self._confirmation.update(self._all, count)
         return self._found[count]
 
     def _search(self, frame):
         """Searches the whole frame for markers of all scales."""
+        blurred = self._blurred_search
         for group in self._groups:
             finest = group[-1].edges
             finest.measure_threshold(frame)
@@ -218,32 +230,22 @@ class Detector:
                 scale.edges.threshold = finest.threshold
             if self._tiny(group[0]):
                 continue
-            alternate = finest.list_steep(frame, len(self._fewer) - 1 if len(group) > 1 else 0)
+            # what blurred edges need is best done while a scale's edges and votes are there
+            lower = blurred is not None and blurred.wants_lower(group)
+            alternate = finest.list_steep(frame, len(self._fewer) - 1 if len(group) > 1 else 0, lower)
             self.statistics.steep += finest.steep
             for scale in group:
                 if not self._tiny(scale):
                     count = finest.steep if scale.edges is finest else alternate
-                    edges = scale.edges.choose(frame, finest.edges, count)
+                    edges = scale.edges.choose(frame, finest.edges, count, finest.lowered)
                     centres = self._vote(scale, scale.edges.edges, edges)
                     self._examine_all(frame, scale, edges, centres, 0)
-
-    def _search_blurred(self, frame):
-        """Finds candidates for the blur-model reader: lines that are blurred need not look like lines."""
-        finder = None
-        for scale in self._scales:
-            if finder is None or not finder.finds_alike(scale.edges):
-                finder = scale.edges
-                edges = finder.find_blurred(frame)
-                self.statistics.steep += finder.steep
-            for index in range(0, 3 * self._vote(scale, finder.edges, edges), 3):
-                self.blur_reader.candidates.remember(
-                    self._centres[index + 1] - 32768, self._centres[index + 2] - 32768, scale.radius_min_q8,
-                    scale.radius_max_q8, verdicts.NO_RADIUS, self._centres[index],
-                )  # fmt: skip
+                    if blurred is not None and blurred.is_due(scale) and self._wants_second_opinion():
+                        blurred.go_on(scale, edges)
 
     def _vote(self, scale, listed, edges):
         """Lists the centres that the listed edges of the whole frame vote for; returns their number."""
-        centres = scale.votes.find(listed, edges, 0, self.width, 0, self.height)
+        centres = scale.votes.find(listed, 0, edges, 1, 0, self.width, 0, self.height)
         self.statistics.edges += edges
         self.statistics.votes += scale.votes.votes
         return centres
@@ -267,14 +269,14 @@ class Detector:
         reach = (radius_q8 + (radius_q8 >> 3) >> 8) + 4
         # a good prediction is all that the fit needs; no edges are looked for
         radius_q8 = min(max(radius_q8, scale.radius_min_q8), scale.radius_max_q8)
-        if self._candidate(frame, scale, 0, x_q8, y_q8, radius_q8, FLAG_TRACKED):
+        if self._candidate(frame, scale, 0, x_q8, y_q8, radius_q8, FLAG_TRACKED, 0):
             return
         if not scale.edges.threshold:
             scale.edges.measure_threshold(frame)
         edges = scale.edges.find(frame, left - reach, right + reach, top - reach, bottom + reach)
         self.statistics.steep += scale.edges.steep
         self.statistics.edges += edges
-        centres = scale.votes.find(scale.edges.edges, edges, left, right, top, bottom)
+        centres = scale.votes.find(scale.edges.edges, 0, edges, 1, left, right, top, bottom)
         self.statistics.votes += scale.votes.votes
         self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
 
@@ -286,12 +288,12 @@ class Detector:
             y_q8 = found[index + 2] - 32768
             if self._count < MARKERS and not (self._count and self._taken(x_q8, y_q8)):
                 promising = found[index] >= scale.votes.least_score
-                self._candidate(frame, scale, edges if promising else 0, x_q8, y_q8, 0, flags)
+                self._candidate(frame, scale, edges if promising else 0, x_q8, y_q8, 0, flags, found[index])
 
-    def _candidate(self, frame, scale, edges, x_q8, y_q8, radius_q8, flags):
+    def _candidate(self, frame, scale, edges, x_q8, y_q8, radius_q8, flags, score):
         """Examines one candidate, with a predicted radius or with edges, and reports it when it is a marker.
 
-        Returns whether it is."""
+        score: of the votes for it. Returns whether it is."""
         statistics = self.statistics
         statistics.candidates += 1
         direct = self.direct
@@ -303,9 +305,14 @@ class Detector:
         statistics.verdicts[verdict] += 1
         is_turned = verdict == verdicts.ACCEPTED and direct.is_turned
         if (verdict or is_turned) and self.blur_reader is not None:
+            clear = scale.edges.is_clear()
+            if verdict != verdicts.NO_RADIUS or not clear:
+                score = 0
+            elif score < least_score(scale):
+                return False
             self.blur_reader.candidates.remember(
                 x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8,
-                verdicts.NO_ORIENTATION if is_turned else verdict, 0,
+                verdicts.NO_ORIENTATION if is_turned else verdict, score, clear,
             )  # fmt: skip
         if verdict > verdicts.ID_UNCERTAIN:
             return False
@@ -330,17 +337,26 @@ class Detector:
     def _ask_again(self, frame):
         """Asks the blur-model reader when no marker has been read, or none with its orientation line."""
         reader = self.blur_reader
-        if reader is None:
+        if reader is None or not self._wants_second_opinion():
             return
-        for index in range(self._count):
-            if not (self._all[index].flags & FLAG_ID_UNCERTAIN or self._turned[index]):
-                return
-        self._search_blurred(frame)
-        verdict = reader.examine(frame)
-        self.statistics.blur_verdict = verdict
-        if verdict == verdicts.ACCEPTED:
+        self._blurred_search.find(frame)
+        if not self._thorough:
+            reader.begin()
+        for _ in range(MARKERS if self._thorough else 1):
+            verdict = reader.examine(frame, self._blurred_search.is_sparing())
+            if self.statistics.blur_verdict != verdicts.ACCEPTED:
+                self.statistics.blur_verdict = verdict
+            if verdict != verdicts.ACCEPTED:
+                break
             self._report_blurred(reader)
         self._report_kept()
+
+    def _wants_second_opinion(self):
+        """Whether no marker was read so far, or none with its orientation line."""
+        for index in range(self._count):
+            if not (self._all[index].flags & FLAG_ID_UNCERTAIN or self._turned[index]):
+                return False
+        return True
 
     def _report_blurred(self, reader):
         # in the place of a marker whose ID was uncertain, or of its own

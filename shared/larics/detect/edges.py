@@ -30,6 +30,7 @@ _SHARE_MIN = const(60)  # but at least that many 1024ths of the pixels pass
 _SHARE_MAX = const(92)  # and at most that many,
 _MARKER_SHARE = const(2152)  # and what a marker's own edges may be of the frame, by its lines' width
 _SAMPLED = const(4)  # every so-manyth column and row of the grid tells the threshold
+_CLEAR_THRESHOLD = const(11)  # with a lower one, faint rings may need one that is lower still
 _FINE_STEP = const(3)  # px; so small rings have enough edges for the usual threshold
 
 
@@ -40,6 +41,7 @@ class EdgeFinder:
     edges           array('i') that receives position | direction << 20; its length caps the number of edges;
                     of `list_steep`, positions alone
     histogram       array('H') of 128 items, scratch space
+    listed          number of the last edges listed and of the other steep points that follow them
     """
 
     def __init__(self, width, height, line_q8, step, reach, edges, histogram):
@@ -48,7 +50,8 @@ class EdgeFinder:
         self.edges = edges
         self.half_line_q8 = line_q8 // 2
         self.threshold = 0  # not measured yet
-        self.steep = 0
+        self.steep = self.listed = 0
+        self.lowered = False
         self._capacity = len(edges) - 1
         self._share_max = min(512, _SHARE_MAX + _MARKER_SHARE * line_q8 // (width * height))
         self._histogram = histogram
@@ -96,47 +99,61 @@ class EdgeFinder:
         window[_GRID_TOP] = max(grid[_GRID_TOP], top // step * step)
         window[_GRID_RIGHT] = min(grid[_GRID_RIGHT], right)
         window[_GRID_BOTTOM] = min(grid[_GRID_BOTTOM], bottom)
-        return self._find(frame, window, self.threshold, 1)
+        self.steep = self._steep(frame, window, 0, self.threshold * self.threshold, 0, self._capacity)
+        return self.choose(frame, self.edges, self.steep, False)
 
     def find_blurred(self, frame):
         """Lists all edges of the frame, whether of thin lines or not, and returns their number."""
-        threshold = self.threshold
-        if self.step > _FINE_STEP:
-            threshold = max(2, threshold * 3 >> 2)
-        return self._find(frame, self._grid, threshold, 0)
+        self.list_steep(frame, 0, self.needs_lower())
+        self.choose(frame, self.edges, self.steep, False)
+        return self.listed
+
+    def is_clear(self):
+        """Whether the frame has so much contrast that what is steeper than the threshold holds all rings."""
+        return self.threshold >= _CLEAR_THRESHOLD
+
+    def needs_lower(self):
+        """Whether blurred edges may be fainter than the threshold: not of rings that have edges enough."""
+        return self.step > _FINE_STEP
 
     def finds_alike(self, other):
         """Whether the other one's `find_blurred` lists the same edges."""
         return self.step == other.step and self.reach == other.reach
 
-    def list_steep(self, frame, alternate):
+    def list_steep(self, frame, alternate, lower):
         """Lists the points of the whole frame that may be edges, for `choose`.
 
         With alternate > 0, every second one of the grid, as the fields of one colour on a chessboard, comes
-        first, at most so many. Returns the number of them; that of all points is in `steep`."""
+        first, at most so many. lower: those, too, that only blurred edges need, unless these are too many.
+        Returns the number of alternate ones; that of all points is in `steep`, and `lowered` tells whether
+        there are fainter ones among them."""
+        threshold2 = self.threshold * self.threshold
+        if lower:
+            threshold2 = threshold2 * 9 >> 4
         first = 0
         if alternate:
-            first = self._steep(frame, self._grid, 1, self.threshold, 0, alternate)
+            first = self._steep(frame, self._grid, 1, threshold2, 0, alternate)
         field = 2 if alternate else 0
-        self.steep = self._steep(frame, self._grid, field, self.threshold, first, self._capacity)
+        self.steep = self._steep(frame, self._grid, field, threshold2, first, self._capacity)
+        self.lowered = lower
+        if lower and (self.steep >= self._capacity or first and first >= alternate):
+            return self.list_steep(frame, alternate, False)
         return first
 
-    def choose(self, frame, positions, count):
-        """Lists the edges among the first positions that a finder of the same reach listed; returns their
-        number."""
-        return self._choose(frame, positions, count, self.threshold, 1)
+    def choose(self, frame, positions, count, lowered):
+        """Lists the edges among the first positions that a finder of the same reach listed, and after them
+        the others; returns the number of edges, that of all is in `listed`.
 
-    def _find(self, frame, grid, threshold, thin):
-        self.steep = self._steep(frame, grid, 0, threshold, 0, self._capacity)
-        return self._choose(frame, self.edges, self.steep, threshold, thin)
-
-    def _steep(self, frame, grid, field, threshold, listed, capacity):
-        return kernels.steep_positions(
-            frame, 0, 0, grid, field, threshold * threshold, self.edges, listed, capacity
-        )  # fmt: skip
-
-    def _choose(self, frame, positions, count, threshold, thin):
-        return kernels.thin_line_edges(
+        lowered: whether there are points among them that are too faint for edges of thin lines."""
+        threshold = self.threshold
+        listed = kernels.thin_line_edges(
             frame, 0, 0, 0, positions, count, self.edges, self._grid, threshold, tables.DIRECTION_48,
-            self._probes, thin,
+            self._probes, threshold * threshold if lowered else 0,
+        )  # fmt: skip
+        self.listed = listed >> 15
+        return listed & 32767
+
+    def _steep(self, frame, grid, field, threshold2, listed, capacity):
+        return kernels.steep_positions(
+            frame, 0, 0, grid, field, threshold2, self.edges, listed, capacity
         )  # fmt: skip

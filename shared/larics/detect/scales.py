@@ -34,6 +34,7 @@ class Scale:
         self.edges = None
         self.votes = None
         self.radii = None
+        self.is_searched = False  # for blurred edges in this frame, see blurred_search
 
 
 def tilted_px(radius_px, tilt_deg):

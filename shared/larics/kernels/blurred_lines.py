@@ -217,6 +217,10 @@ def line_depths(
     Returns 0."""
     directions = int(fan[_FAN_DIRECTIONS])
     step = int(fan[_FAN_STEP]) << 1
+    before = 0 - 1
+    mean = 0
+    square = 0
+    rest = 0
     k = first
     while k <= last:
         rel = 0
@@ -225,53 +229,54 @@ def line_depths(
             if rel > 16:
                 rel = 32 - rel
         base = (rel >> 1) * 15
-        least = 0 - 16383
-        side = 0
-        if (int(ink[k]) - 32768) * 4 < int(templates[base]):
-            side = 2
-        else:
-            least = 1 << 28
-        while side < 2:
-            start = 0 - 9
-            if side:
-                start = 0 - 2
-            mean_ink = 0
-            mean = 0
-            j = start
-            while j < start + 12:
-                i = k + j
-                if i < 0:
-                    i += directions
-                if i >= directions:
-                    i -= directions
-                value = j
-                if value < 0:
-                    value = 0 - value
-                mean_ink += int(ink[i]) - 32768
-                mean += int(templates[base + value])
-                j += 1
-            mean_ink = mean_ink // 12
+        if base != before:
+            # 12 directions are compared, 9 to one side and 2 to the other
+            before = base
+            mean = int(templates[base]) + int(templates[base + 1]) + int(templates[base + 2])
+            i = base + 1
+            while i < base + 10:
+                mean += int(templates[i])
+                i += 1
             mean = mean // 12
-            product = 0
-            square = 64
-            j = start
-            while j < start + 12:
-                i = k + j
-                if i < 0:
-                    i += directions
-                if i >= directions:
-                    i -= directions
-                value = j
-                if value < 0:
-                    value = 0 - value
-                value = int(templates[base + value]) - mean
+            value = int(templates[base]) - mean
+            rest = value
+            square = 64 + value * value
+            i = base + 1
+            while i < base + 10:
+                value = int(templates[i]) - mean
+                rest += value
                 square += value * value
-                product += value * (int(ink[i]) - 32768 - mean_ink)
-                j += 1
-            value = (product << 2) // (square >> 6)
-            if value < least:
-                least = value
-            side += 1
+                if i < base + 3:
+                    rest += value
+                    square += value * value
+                i += 1
+            square = square >> 6
+        least = 0 - 16383
+        if (int(ink[k]) - 32768) * 4 >= int(templates[base]):
+            least = 1 << 28
+            side = 0 - 1
+            while side < 2:
+                mean_ink = 0
+                product = 0
+                i = k - side - side
+                j = 0 - 2
+                while j < 10:
+                    if i < 0:
+                        i += directions
+                    elif i >= directions:
+                        i -= directions
+                    value = int(ink[i]) - 32768
+                    mean_ink += value
+                    if j < 0:
+                        product += (int(templates[base - j]) - mean) * value
+                    else:
+                        product += (int(templates[base + j]) - mean) * value
+                    i += side
+                    j += 1
+                value = ((product - mean_ink // 12 * rest) << 2) // square
+                if value < least:
+                    least = value
+                side += 2
         if least > 16383:
             least = 16383
         if least < 0 - 16383:

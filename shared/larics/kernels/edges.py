@@ -161,22 +161,26 @@ def steep_positions(
 @micropython.viper
 def thin_line_edges(
     image: ptr8, position: int, a: int, b: int, positions: ptr32, count: int, edges: ptr32, grid: ptr32,
-    threshold: int, directions: ptr8, probes: ptr16, thin: int,
+    threshold: int, directions: ptr8, probes: ptr16, least2: int,
 ) -> int:  # fmt: skip
-    """Lists the positions that are edges of thin dark lines in `edges`, as position | direction << 20.
+    """Lists the positions that are edges of thin dark lines in `edges`, as position | direction << 20, and
+    after them, in no order, the other ones.
 
     `edges` may be `positions` itself. Positions outside the grid's first and end are passed over.
-    With thin = 0 all others are kept: a blurred line is no thin line any more.
+    Nor is one an edge whose gradient, as of `steep_positions`, is no longer than the square root of `least2`;
+    0 does not look.
 
     The direction (0..47, of 48 in a turn, clockwise from x since y points down) is that of the 3x3 Sobel
     gradient with the grid's reach, towards the light side; `directions` has 136 entries
     (tables.DIRECTION_48). `probes` holds three offsets + 32768 for each direction: beyond the line, in it,
-    and on the light side. count <= items of both; positions < 2**20. Returns the number kept."""
+    and on the light side. count <= items of both, < 2**15; positions < 2**20. Returns the number of edges |
+    that of all listed << 15."""
     reach = int(grid[_GRID_REACH])
     row_reach = int(grid[_GRID_WIDTH]) * reach
     first = int(grid[_GRID_FIRST])
     end = int(grid[_GRID_END])
     kept = 0
+    listed = 0
     diagonal = row_reach + reach
     antidiagonal = row_reach - reach
     i = 0
@@ -205,18 +209,24 @@ def thin_line_edges(
             slot += 17 + ((a << 4) + (b >> 1)) // b
         slot = int(directions[slot])
         # how much lighter it is beyond the line and on the light side than in it
-        a = 1
-        b = 0
-        if thin:
-            probe = slot * 3
-            position -= 32768
-            dark = int(image[position + int(probes[probe + 1])])
-            a = int(image[position + int(probes[probe])]) - dark
-            b = int(image[position + int(probes[probe + 2])]) - dark
-            position += 32768
-            if a + a <= threshold:
+        probe = slot * 3
+        position -= 32768
+        dark = int(image[position + int(probes[probe + 1])])
+        a = int(image[position + int(probes[probe])]) - dark
+        b = int(image[position + int(probes[probe + 2])]) - dark
+        position += 32768
+        if a + a <= threshold:
+            a = 0 - 256
+        elif least2 > 0:
+            gx = int(image[position + reach]) - int(image[position - reach])
+            gy = int(image[position + row_reach]) - int(image[position - row_reach])
+            if gx * gx + gy * gy <= least2:
                 a = 0 - 256
         if a * 3 >= b:
+            edges[listed] = int(edges[kept])
             edges[kept] = position | (slot << 20)
             kept += 1
-    return kept
+        else:
+            edges[listed] = position | (slot << 20)
+        listed += 1
+    return kept | (listed << 15)

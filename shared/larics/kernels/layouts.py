@@ -216,3 +216,20 @@ ROBUST_SCALE = const(236)  # spread of what is left, 1/1024 px
 ROBUST_USED = const(237)  # sum of the weights, 64 = a full sector
 ROBUST_SQUARE = const(238)  # sum of the weighted squares of what is left, / 64
 ROBUST_ITEMS = const(239)
+
+# CANDIDATE, a place that the blur-model reader may look at (blurred.candidates)
+CANDIDATE_RANK = const(0)  # how far it came
+CANDIDATE_X_Q8 = const(1)  # centre and range of radii where the search found it
+CANDIDATE_Y_Q8 = const(2)
+CANDIDATE_LEAST_Q8 = const(3)
+CANDIDATE_MOST_Q8 = const(4)
+CANDIDATE_VERDICT = const(5)  # what the direct reader said
+CANDIDATE_LOOKED = const(6)  # whether there was a coarse look,
+CANDIDATE_SCORE = const(7)  # how much it looks like rings, and the rings' coarse pose
+CANDIDATE_X_Q10 = const(8)
+CANDIDATE_Y_Q10 = const(9)
+CANDIDATE_RADIUS_Q8 = const(10)
+CANDIDATE_E1 = const(11)
+CANDIDATE_E2 = const(12)
+CANDIDATE_KIND = const(13)  # how the last examination of its place ended (blurred.places)
+CANDIDATE_ITEMS = const(14)

@@ -105,13 +105,14 @@ def polar_samples(
 
 @micropython.viper
 def circle_samples(
-    image: ptr8, x: int, y: int, width: int, cx: int, cy: int, cosines: ptr16, directions: int, scan: ptr32,
-    samples: ptr16,
+    image: ptr8, x: int, y: int, width: int, cx: int, cy: int, cosines: ptr16, directions: int, wanted: int,
+    scan: ptr32, samples: ptr16,
 ) -> int:  # fmt: skip
     """samples[k * count + i] = grey of the pixel at the distance first + i * pitch in direction k + 1/2.
 
-    scan: SCAN, of which the radii to try are given and the rest is set; cx, cy: 1/256 px; directions: a power
-    of two, at most 128; cosines: tables.COSINE_Q14_BIASED. All must lie inside the frame. Returns 0."""
+    Only of directions k for which bit k & 7 of `wanted` is set; the others' items are left alone. scan: SCAN,
+    of which the radii to try are given and the rest is set; cx, cy: 1/256 px; directions: a power of two, 8
+    to 128; cosines: tables.COSINE_Q14_BIASED. All must lie inside the frame. Returns 0."""
     least = int(scan[_SCAN_LEAST])
     last = int(scan[_SCAN_LAST])
     pitch = least // 20
@@ -127,8 +128,14 @@ def circle_samples(
     step = 256 // directions
     entry = step >> 1
     slot = 0
-    while directions > 0:
-        directions -= 1
+    k = 0
+    while k < directions:
+        if (wanted >> (k & 7)) & 1 == 0:
+            slot += count
+            entry += step
+            k += 1
+            continue
+        k += 1
         dx = int(cosines[entry]) - 32768
         dy = 32768 - int(cosines[entry + 64])
         entry += step
@@ -185,22 +192,21 @@ def mean_samples(
 @micropython.viper
 def sector_radii(
     profile: ptr16, position: int, product: int, samples: ptr16, scan: ptr32, templates: ptr16, sums: ptr32,
-    least_match: int, shifts: ptr32,
+    least_match: int, shifts: ptr32, sector: int, hop: int, whole: int,
 ) -> int:  # fmt: skip
-    """The outer radius of the rings in every other of 32 sectors, where the template of both correlates best.
+    """The outer radius where the template of both rings correlates best, in every hop-th of 32 sectors.
 
-    samples: those of `circle_samples` in 32 directions; scan: SCAN, radii are tried in steps of 1/20;
-    templates and sums: one template of blur.ring_templates and its sums; profile: an item a sample, scratch
-    space. shifts: for each sector the distance from the reference (1/1024 px) + 2**20, or 0 where the
-    correlation's square is below least_match (1/1024). Returns the sum of those squares."""
+    The first is `sector`, an even one. samples: those of `circle_samples` in 32 directions; scan: SCAN, radii
+    are tried in steps of 1/20; templates and sums: one template of blur.ring_templates and its sums; profile:
+    an item a sample, scratch space. shifts: for each sector the distance from the reference (1/1024 px) +
+    2**20, or 0 where the correlation's square is below least_match (1/1024), and 0 of the next sector.
+    Returns `whole` plus the sum of those squares."""
     count = int(scan[_SCAN_COUNT])
     first = int(scan[_SCAN_FIRST])
     pitch = int(scan[_SCAN_PITCH])
     last = int(scan[_SCAN_LAST])
     reference = int(scan[_SCAN_REFERENCE])
-    whole = 0
     square = (int(sums[0]) >> 6) + 1
-    sector = 0
     while sector < 32:
         left = ((sector + 31) & 31) * count
         right = ((sector + 1) & 31) * count
@@ -265,5 +271,84 @@ def sector_radii(
         shifts[sector + 1] = 0
         if best >= least_match:
             shifts[sector] = ((best_radius - reference) << 2) + 1048576
-        sector += 2
+        sector += hop
     return whole
+
+
+@micropython.viper
+def line_shade(image: ptr8, x: int, y: int, pose: ptr32, cosines: ptr16, shades: ptr32) -> int:
+    """How dark the darkest direction outside the rings is, in 256ths of the rings' mean depth.
+
+    pose: CIRCLE, of which no perspective counts; cosines: tables.COSINE_Q14_BIASED; shades: 128 items,
+    scratch space. Each of 64 directions is seen at the units 28 to 32, in the nearest pixels; it is compared
+    with the lighter of the 4 to 8 directions to one side and those to the other, the less light of both.
+    Rings less deep than half a grey level count as that deep. Returns at most 8191; 8192 when something lies
+    outside the frame."""
+    width = int(pose[_CIRCLE_WIDTH])
+    height = int(pose[_CIRCLE_HEIGHT])
+    cx = ((int(pose[_CIRCLE_X_Q8]) - _BIAS) << 8) + 32768
+    cy = ((int(pose[_CIRCLE_Y_Q8]) - _BIAS) << 8) + 32768
+    radius = int(pose[_CIRCLE_RADIUS_Q8])
+    e1 = int(pose[_CIRCLE_E1]) - _BIAS
+    e2 = int(pose[_CIRCLE_E2]) - _BIAS
+    rings = 0
+    k = 0
+    while k < 64:
+        c = int(cosines[(k << 2) + 2]) - 32768
+        s = 32768 - int(cosines[(k << 2) + 66])
+        dx = c + ((e1 * c + e2 * s) >> 14)
+        dy = s + ((e2 * c - e1 * s) >> 14)
+        dx = ((radius * dx) // 24) >> 6
+        dy = ((radius * dy) // 24) >> 6
+        x = cx + (dx << 5)
+        y = cy + (dy << 5)
+        if x < 0 or y < 0 or x >> 16 >= width or y >> 16 >= height:
+            return 8192
+        value = int(image[(y >> 16) * width + (x >> 16)])
+        x -= dx
+        y -= dy
+        value += int(image[(y >> 16) * width + (x >> 16)])
+        x -= dx
+        y -= dy
+        value += int(image[(y >> 16) * width + (x >> 16)])
+        x -= dx
+        y -= dy
+        value += int(image[(y >> 16) * width + (x >> 16)])
+        x -= dx
+        y -= dy
+        shades[k] = value + int(image[(y >> 16) * width + (x >> 16)])
+        x -= dx << 2
+        y -= dy << 2
+        rings -= int(image[(y >> 16) * width + (x >> 16)])
+        x -= dx << 2
+        y -= dy << 2
+        rings += int(image[(y >> 16) * width + (x >> 16)]) << 1
+        x -= dx << 2
+        y -= dy << 2
+        rings -= int(image[(y >> 16) * width + (x >> 16)])
+        k += 1
+    k = 0
+    while k < 64:
+        value = int(shades[k])
+        shades[k + 64] = int(shades[(k + 63) & 63]) + value + value + int(shades[(k + 1) & 63])
+        k += 1
+    deepest = 0
+    k = 0
+    while k < 64:
+        value = int(shades[((k + 59) & 63) + 64]) + int(shades[((k + 57) & 63) + 64])
+        value += int(shades[((k + 58) & 63) + 64])
+        other = int(shades[((k + 5) & 63) + 64]) + int(shades[((k + 7) & 63) + 64])
+        other += int(shades[((k + 6) & 63) + 64])
+        if other < value:
+            value = other
+        value -= int(shades[k + 64]) * 3
+        if value > deepest:
+            deepest = value
+        k += 1
+    # 60 pixels against 128
+    if rings < 64:
+        rings = 64
+    value = deepest * 546 // rings
+    if value > 8191:
+        value = 8191
+    return value

@@ -21,10 +21,11 @@ _CELLS_INNER = const(5)
 
 @micropython.viper
 def cast_votes(
-    cells: ptr32, entry: int, cell: int, offsets: ptr16, edges: ptr32, count: int, grid: ptr32, bits: ptr32
-) -> int:
-    """Sets, for each edge (position | direction << 20), its direction's bit in the cells where centres may
-    be, as seen from the nearest cell's corner.
+    cells: ptr32, entry: int, cell: int, offsets: ptr16, edges: ptr32, first: int, count: int, every: int,
+    grid: ptr32, bits: ptr32,
+) -> int:  # fmt: skip
+    """Sets, for every so-manyth edge (position | direction << 20) from `first` to before `count`, its
+    direction's bit in the cells where centres may be, as seen from the nearest cell's corner.
 
     grid: layouts.CELLS. `offsets`: for each of 48 directions, two runs of its outer and two of its inner
     entries, cell offsets (all >= 0, the caller has added the padding); `bits`: the four runs' bits. Every
@@ -36,10 +37,10 @@ def cast_votes(
     inner_entries = int(grid[_CELLS_INNER])
     per_direction = (outer_entries + inner_entries) * 2
     half = step >> 1
-    i = 0
+    i = first
     while i < count:
         position = int(edges[i])
-        i += 1
+        i += every
         direction = position >> 20
         position = position & 1048575
         y = position // width
@@ -60,7 +61,7 @@ def cast_votes(
                 cells[cell] = int(cells[cell]) | bit
                 entry += 2
             run += 1
-    return count * per_direction
+    return (count - first + every - 1) // every * per_direction
 
 
 @micropython.viper
