@@ -277,8 +277,8 @@ def test_the_rule_on_what_is_hidden_keeps_a_wrong_id_from_being_told():
             assert reader.acceptance.marker_id == 3  # which is wrong
     # glare is lighter than the plate, which is a sign by itself
     reader.candidates.forget()
-    reader.candidates.remember(1085 << 4, 1022 << 4, 23 << 8, 30 << 8, verdicts.NO_RADIUS, 0)
-    assert reader.examine(with_glare(64, 72, 48, 60)) == verdicts.ID_UNCERTAIN
+    reader.candidates.remember(1085 << 4, 1022 << 4, 23 << 8, 30 << 8, verdicts.NO_RADIUS, 0, False)
+    assert reader.examine(with_glare(64, 72, 48, 60), False) == verdicts.ID_UNCERTAIN
 
 
 class FirstLook:
