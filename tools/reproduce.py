@@ -19,6 +19,7 @@ import cv2
 
 from larics_host.drive import field as fields
 from larics_host.drive import figures
+from larics_host.drive.encoders import Encoders
 from larics_host.drive.score import score
 from larics_host.drive.simulation import Simulation
 from larics_host.errors import UserError, report
@@ -27,8 +28,9 @@ from tools import method_figures
 from tools.reproduce_report import write_report
 
 SEED = 5000
-_DRIVERS = {"larics": "ours", "paper": "the published method"}
-# (condition, method at the wheel, methods that look at the same frames)
+_DRIVERS = {"larics": "ours", "paper": "the published method", "odometry": "ours, with odometry"}
+# (condition, method at the wheel, methods that look at the same frames); "odometry": ours, and the vehicle
+# tells of its wheels
 DRIVES = (
     ("cloudy", "larics", ("larics", "paper")),
     ("sunny", "larics", ("larics", "paper")),
@@ -43,6 +45,11 @@ DRIVES = (
     ("dirty", "larics", ("paper",)),
     ("missing", "larics", ()),
     ("pushed", "larics", ()),
+    ("steady", "odometry", ()),
+    ("fast-1", "odometry", ()),
+    ("fast-2", "odometry", ()),
+    ("missing", "odometry", ()),
+    ("pushed", "odometry", ()),
     ("calibration", "larics", ()),
 )
 
@@ -54,7 +61,9 @@ def drive(name, driver, compare, args, folder):
         field.condition = replace(field.condition, seconds=args.seconds)
     keep = figures.keep_changes() if driver == "larics" else None
     began = time.monotonic()
-    simulation = Simulation(field, SEED, args.on, driver, compare, keep, args.controller)
+    encoders = Encoders() if driver == "odometry" else None
+    method = "paper" if driver == "paper" else "larics"
+    simulation = Simulation(field, SEED, args.on, method, compare, keep, args.controller, encoders)
     record = simulation.run(_progress(name, driver))
     summary = field.condition.summary
     stem = folder / ("%s-%s" % (name, driver))

@@ -7,6 +7,7 @@ from larics_host.drive.simulation import BAUD, LATENCY_S
 
 # rates of correct IDs that the publication gives for its tables 1 to 3
 PUBLISHED = {"cloudy": (1, 92), "sunny": (2, 96), "double": (3, 93)}
+_DRIVEN = {"paper": ", published method", "odometry": ", with odometry"}
 BEYOND = ("steady", "fast-1", "fast-2", "lights", "dirty", "missing", "pushed", "calibration")
 
 
@@ -63,6 +64,10 @@ def published_tables(scores):
     return lines
 
 
+def _shares(covered):
+    return " / ".join("%.0f" % (100 * share) for share in covered) or "-"
+
+
 def _find(scores, name, driver):
     for entry in scores:
         if (entry["condition"], entry["driver"]) == (name, driver):
@@ -72,19 +77,28 @@ def _find(scores, name, driver):
 
 def _drive_rows(scores, names):
     for name in names:
-        for driver in ("larics", "paper"):
+        for driver in ("larics", "odometry", "paper"):
             entry = _find(scores, name, driver)
             if entry:
                 wire, states = entry["methods"]["wire"], entry["states"]
                 yield (
-                    entry["summary"] + (", published method" if driver == "paper" else ""),
+                    entry["summary"] + _DRIVEN.get(driver, ""),
                     "%.0f s, %.0f m" % (entry["seconds"], entry["way_m"]),
                     "%d (%s)" % (wire["right"], _percent(wire["right"], wire["markers"])),
                     "%.0f" % entry["wrong_per_hour"],
                     _spread(entry["tracking_mm"], 1),
                     _spread(entry["tracking_deg"], 3),
                     _spread(entry["coasting_mm"], 0),
-                    "%.0f / %.0f / %.0f" % tuple(100 * states[s] for s in ("tracking", "coasting", "lost")),
+                    _shares(entry["covered"]["tracking"]) + ", " + _shares(entry["covered"]["coasting"]),
+                    "%.0f / %.0f / %.0f"
+                    % tuple(
+                        100 * share
+                        for share in (
+                            states["tracking"],
+                            states["coasting"] + states["carried"],
+                            states["lost"],
+                        )
+                    ),
                     "%d of %d" % (entry["laps_completed"], entry["laps_begun"]),
                     _spread(entry["centred_mm"], 0),
                     _spread(entry["pose_regained_s"], 1),
@@ -95,14 +109,15 @@ def _drive_rows(scores, names):
 def drive_table(scores, names):
     """Pose, laps and recovery of the drives."""
     head = ("drive", "length", "IDs right", "wrong IDs per hour", "pose error while tracking, mm",
-            "heading error, deg", "pose error while coasting, mm", "tracking / coasting / lost, %", "laps",
-            "off the marker when leaving it, mm", "pose regained, s", "route regained, s")  # fmt: skip
+            "heading error, deg", "pose error while coasting, mm",
+            "x / y / heading within 2 sigma, %, tracking and coasting", "tracking / coasting / lost, %",
+            "laps", "off the marker when left, mm", "pose regained, s", "route regained, s")  # fmt: skip
     return _table(head, _drive_rows(scores, names))
 
 
 def _totals(scores):
     """Ours over all drives: hours, wrong and false readings; and the time that a report takes."""
-    ours = [entry for entry in scores if entry["driver"] == "larics"]
+    ours = [entry for entry in scores if entry["driver"] != "paper"]
     wires = [entry["methods"]["wire"] for entry in ours]
     line_ms = 1e4 * (frame_size(m.MARKER) + frame_size(m.POSE)) / BAUD
     return [

@@ -3,7 +3,8 @@
     SEARCH   no marker: a spiral whose turns lie 80 cm apart
     CENTER   drive until the marker is above the vehicle
     ALIGN    turn in place to the next direction: that of the route, or the marker's orientation line
-    GO       drive on along that line until the next marker comes into view
+    GO       drive on along that line, or where a camera with odometry says that the next marker is, until it
+             comes into view
     ARRIVED  the last marker of the route
     HALT     nothing heard for too long, held by the supervision, or stopped by hand: brake and wait
 
@@ -31,6 +32,7 @@ from larics.arith.fixed import (
     wrap_cdeg,
 )
 from larics.wire.messages import (
+    CARRIED,
     DIRECTION_NONE,
     ID_NONE,
     MARKER,
@@ -125,6 +127,7 @@ class Approach:
         self._behind = array("i", [ID_NONE, 0, 0, 0, _NEVER_MS])
         self._next_cdeg = 0
         self._next_ms = _NEVER_MS  # age of that
+        self._is_carried = False  # and whether odometry told it
         self.is_end = False  # the route ends at the marker reached
         self._silent_ms = _NEVER_MS
         self._way_um = 0  # driven since the state began, up to 1 km
@@ -182,10 +185,12 @@ class Approach:
         return self.state != ALIGN and distance * 2 < abs(target[_X]) + abs(target[_Y])
 
     def _take_pose(self, values):
-        if values[_POSE_STATE] != TRACKING:
-            return  # what is only predicted is not steered by: the wheels know better
         next_cdeg = values[_POSE_NEXT_CDEG]
-        self.is_end = values[_POSE_ROUTE_POSITION] != ROUTE_NONE and next_cdeg == DIRECTION_NONE
+        self._is_carried = values[_POSE_STATE] == CARRIED and next_cdeg != DIRECTION_NONE
+        if values[_POSE_STATE] == TRACKING:
+            self.is_end = values[_POSE_ROUTE_POSITION] != ROUTE_NONE and next_cdeg == DIRECTION_NONE
+        elif not self._is_carried:
+            return  # what is predicted without odometry is not steered by: the wheels know better
         if next_cdeg != DIRECTION_NONE:
             self._next_cdeg = next_cdeg - self.turn_cdeg_s * self._frame_ms // 1000
             self._next_ms = 0
@@ -213,7 +218,7 @@ class Approach:
         state = self.state
         if state == HALT or state == ARRIVED:
             self._drive(0, 0, elapsed_ms)
-        elif state == GO:
+        elif state == GO or (not seen and self._is_guided()):
             self._go(seen, elapsed_ms)
         elif not seen:
             self._search(elapsed_ms)
@@ -222,6 +227,10 @@ class Approach:
         else:
             self._center(elapsed_ms)
         return self.state
+
+    def _is_guided(self):
+        """Whether the camera knows by odometry where to go on, without a marker."""
+        return self._is_carried and self._next_ms <= self.stale_ms
 
     def _enter(self, state):
         if state != self.state:
@@ -309,7 +318,8 @@ class Approach:
         if seen:
             self._center(elapsed_ms)
             return
-        if self._way_um > self.leg_mm * 1000:
+        self._enter(GO)
+        if self._way_um > self.leg_mm * 1000 and not self._is_guided():
             self._search(elapsed_ms)
             return
         behind = self._behind

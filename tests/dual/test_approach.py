@@ -1,6 +1,8 @@
 """larics_vehicle.approach on both interpreters: what each state does, the limits, and no allocation."""
 
 from larics.wire.messages import (
+    CARRIED,
+    COASTING,
     DIRECTION_NONE,
     ID_NONE,
     LOST,
@@ -184,3 +186,26 @@ def test_a_step_allocates_nothing():
             controller.step(20)
     finally:
         heap_unlock()
+
+
+def guided(controller, next_cdeg, state, steps):
+    for _ in range(steps):
+        controller.on_message(MARKER, 0, NO_MARKER)
+        controller.on_message(POSE, 0, pose(next_cdeg, state=state))
+        controller.step(20)
+    return controller
+
+
+def test_a_camera_with_odometry_says_where_to_go_on_without_a_marker():
+    for state, expected in ((CARRIED, a.GO), (COASTING, a.SEARCH)):
+        controller = settle(Approach(leg_mm=300), NO_MARKER, 10)
+        assert controller.state == a.SEARCH
+        assert guided(controller, 9000, state, 10).state == expected, state
+    guided(controller, 0, CARRIED, 200)
+    assert controller.state == a.GO and abs(controller.turn_cdeg_s) < 20  # far beyond the longest leg
+    assert controller.speed_mm_s == 200
+    guided(controller, 6000, CARRIED, 40)
+    assert controller.speed_mm_s == 0 and controller.turn_cdeg_s == 6000
+    assert guided(controller, DIRECTION_NONE, CARRIED, 40).state == a.SEARCH
+    assert guided(controller, 0, CARRIED, 1).state == a.GO
+    assert settle(controller, NO_MARKER, 120).state == a.SEARCH  # an old word is good for a leg

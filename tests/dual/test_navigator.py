@@ -4,11 +4,13 @@ from larics.locate.camera_model import Measurement
 from larics.locate.navigator import Navigator
 from larics.locate.route import MISSED, ON_ROUTE, SAME
 from larics.wire.messages import (
+    CARRIED,
     COASTING,
     DIRECTION_NONE,
     FAULT_MARKER_PLACE,
     FAULT_ROUTE,
     LOST,
+    MOTION_INTERPOLATED,
     ROUTE_NONE,
     TRACKING,
 )
@@ -35,10 +37,18 @@ def seen(marker_id, x_mm10, heading_cdeg, y_mm10=0):
     return out
 
 
+class Odometry:
+    """What the wheels say: straight on."""
+
+    state, epoch, jumps = MOTION_INTERPOLATED, 1, 0
+    x_mm10 = y_mm10 = heading_cdeg = 0
+
+
 class Drive:
     """A vehicle that drives along the row at 1 m/s, seeing what is within 700 mm."""
 
-    def __init__(self, start=-1, missing=()):
+    def __init__(self, start=-1, missing=(), odometry=None):
+        self.odometry = odometry
         self.navigator = Navigator(ROWS, ROUTE, start=start)
         self.missing = missing
         self.x_mm = 1000
@@ -56,7 +66,9 @@ class Drive:
                 for row in ROWS
                 if abs(row[1] - self.x_mm) < 700 and row[0] not in self.missing
             ]
-            self.navigator.update(view, len(view), self.frame * FRAME_US)
+            if self.odometry is not None:
+                self.odometry.x_mm10 += abs(step) * 10
+            self.navigator.update(view, len(view), self.frame * FRAME_US, self.odometry)
             if self.navigator.event != SAME:
                 self.events.append((self.navigator.event, self.navigator.route_position))
         return self
@@ -131,3 +143,31 @@ def test_a_frame_allocates_nothing():
             navigator.update(view, len(view), k * FRAME_US)
     finally:
         heap_unlock()
+
+
+def test_with_odometry_a_missing_marker_is_passed_by():
+    """The next direction points to its place, and from there on to the marker after it."""
+    drive = Drive(missing=(3,), odometry=Odometry())
+    navigator = drive.to(5700).navigator
+    assert navigator.route_position == 1 and navigator.next_cdeg == 0 and navigator.pose.state == CARRIED
+    navigator = drive.to(5950).navigator
+    assert navigator.route_position == 2 and navigator.route.missed == 1 and navigator.event == SAME
+    assert drive.events[-1][0] == MISSED
+    assert navigator.next_cdeg == 0  # to marker 4
+    navigator = drive.to(8000).navigator
+    assert navigator.route_position == 3 and drive.events[-1][0] == ON_ROUTE
+
+
+def test_without_odometry_or_beside_its_place_nobody_knows_that_it_is_missing():
+    drive = Drive(missing=(3,))
+    assert drive.to(6300).navigator.route_position == 1
+    drive = Drive(missing=(3,), odometry=Odometry())
+    drive.to(5000)
+    drive.odometry.y_mm10 += 3000
+    assert drive.to(7000).navigator.route_position == 1
+
+
+def test_a_marker_that_is_seen_is_not_passed_by():
+    drive = Drive(odometry=Odometry())
+    drive.to(7900)
+    assert MISSED not in [event for event, _ in drive.events] and drive.navigator.route_position == 3

@@ -134,3 +134,14 @@ def test_entries_of_a_route_take_the_shortest_way():
     route = Route((2, 1, 2), marker_map)
     assert route.entry(1) == 0 and route.entry(-1) == -1
     assert marker_map.repeats(1) and not marker_map.repeats(3)
+
+
+def test_a_marker_that_is_not_there_is_passed_by():
+    route = Route((3, 4, 7, 3))
+    assert route.pass_by() == r.SAME  # nobody knows where the vehicle is
+    route.see(3)
+    assert route.pass_by() == r.MISSED and (route.position, route.missed) == (1, 1)
+    assert route.see(7) == r.ON_ROUTE and route.next_position() == 0
+    assert route.see(3) == r.ON_ROUTE and route.see(4) == r.ON_ROUTE
+    end = Route((3, 4, 7), start=2)
+    assert end.pass_by() == r.SAME and end.position == 2

@@ -220,6 +220,7 @@ def test_laps():
         ((3, 4, 3, 4, 7), (1, 0)),
     ):
         assert score.laps(recorded(visits)) == expected, visits
+    assert score.laps(recorded((3, 7, 3, 7, 3), name="missing")) == (2, 2)  # 4 does not hang there
 
 
 def test_recovery_is_timed_from_a_push():

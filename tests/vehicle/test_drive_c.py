@@ -90,7 +90,7 @@ class World:
                 (round(-math.degrees(self.heading) * 100) % 36000,) * 9 + (m.DIRECTION_NONE,)
             )
             position = draw.choice((m.ROUTE_NONE, 1, 2)) if next_cdeg == m.DIRECTION_NONE else 1
-            state = draw.choice((m.TRACKING,) * 4 + (m.COASTING, m.LOST))
+            state = draw.choice((m.TRACKING,) * 4 + (m.COASTING, m.CARRIED, m.CARRIED, m.LOST))
             values = {"frame": self.frame, "state": state, "id": 1 if state == m.TRACKING else m.ID_NONE}
             told.append((m.POSE, values | {"route_position": position, "next_cdeg": next_cdeg}))
         elif draw.random() < 0.05:

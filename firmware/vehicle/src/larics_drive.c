@@ -143,8 +143,11 @@ static void take_marker(larics_drive *drive, const larics_marker *marker)
 
 static void take_pose(larics_drive *drive, const larics_pose *pose)
 {
-    if (pose->state != LARICS_TRACKING) return; /* what is predicted is not steered by: the wheels know better */
-    drive->is_end = pose->route_position != LARICS_ROUTE_NONE && pose->next_cdeg == LARICS_DIRECTION_NONE;
+    drive->is_carried = pose->state == LARICS_CARRIED && pose->next_cdeg != LARICS_DIRECTION_NONE;
+    if (pose->state == LARICS_TRACKING)
+        drive->is_end = pose->route_position != LARICS_ROUTE_NONE && pose->next_cdeg == LARICS_DIRECTION_NONE;
+    else if (!drive->is_carried)
+        return; /* what is predicted without odometry is not steered by: the wheels know better */
     if (pose->next_cdeg != LARICS_DIRECTION_NONE) {
         int32_t turned_cdeg = larics_floor_div(drive->turn_cdeg_s * drive->frame_ms, 1000);
         drive->next_cdeg = larics_wrap_cdeg((int32_t)pose->next_cdeg - turned_cdeg);
@@ -253,12 +256,19 @@ static void leave(larics_drive *drive)
     enter(drive, LARICS_GO);
 }
 
+/* Whether the camera knows by odometry where to go on, without a marker. */
+static int is_guided(const larics_drive *drive)
+{
+    return drive->is_carried && drive->next_ms <= drive->limits.stale_ms;
+}
+
 /* GO while no marker is in sight but the one that was left. */
 static void go_on(larics_drive *drive, int32_t elapsed_ms)
 {
     const larics_sight *behind = &drive->behind;
     int32_t error = 0, speed;
-    if (drive->way_um > drive->limits.leg_mm * 1000) {
+    enter(drive, LARICS_GO);
+    if (drive->way_um > drive->limits.leg_mm * 1000 && !is_guided(drive)) {
         search(drive, elapsed_ms);
         return;
     }
@@ -314,7 +324,7 @@ uint8_t larics_drive_step(larics_drive *drive, uint32_t elapsed)
     is_seen = drive->target.age_ms <= drive->limits.stale_ms;
     if (drive->state == LARICS_HALT || drive->state == LARICS_ARRIVED)
         command(drive, 0, 0, elapsed_ms);
-    else if (drive->state == LARICS_GO && !is_seen)
+    else if (!is_seen && (drive->state == LARICS_GO || is_guided(drive)))
         go_on(drive, elapsed_ms);
     else if (!is_seen)
         search(drive, elapsed_ms);

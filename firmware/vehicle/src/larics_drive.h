@@ -3,7 +3,8 @@
  *     SEARCH   no marker: a spiral whose turns lie 80 cm apart
  *     CENTER   drive until the marker is above the vehicle
  *     ALIGN    turn in place to the next direction: that of the route, or the marker's orientation line
- *     GO       drive on along that line until the next marker comes into view
+ *     GO       drive on along that line, or where a camera with odometry says that the next marker is, until it
+ *            comes into view
  *     ARRIVED  the last marker of the route
  *     HALT     nothing heard for too long, held by the supervision, or stopped by hand: brake and wait
  *
@@ -63,6 +64,7 @@ typedef struct {
     uint16_t left_id;    /* GO came from this marker; LARICS_ID_NONE before the first one */
     uint8_t is_held;     /* set it: HALT for as long as it is 1 */
     uint8_t is_end;      /* the route ends at the marker reached: ARRIVED; the camera's POSE sets it, too */
+    uint8_t is_carried;  /* odometry told the direction to go on in */
     uint8_t is_stopped;  /* private from here on */
     larics_sight target;
     larics_sight behind;

@@ -63,13 +63,15 @@ def spread(numbers: Iterable[float]) -> Spread:
 
 @dataclass
 class Score:
-    """All figures of a drive; see the functions of this module."""
+    """All figures of a drive; see the functions of this module. covered: by state, shares of x, y and heading
+    within two of their own standard deviations."""
 
     methods: dict
     tracking_mm: Spread
     tracking_deg: Spread
     coasting_mm: Spread
     sigma_ratio: float
+    covered: dict
     states: dict
     laps_begun: int
     laps_completed: int
@@ -108,6 +110,7 @@ def score(trace: Trace) -> Score:
         tracking_deg=spread(frame.error[1] for frame in tracking),
         coasting_mm=spread(frame.error[0] for frame in coasting),
         sigma_ratio=float(np.median(ratios)) if ratios else float("nan"),
+        covered={"tracking": _covered(tracking), "coasting": _covered(coasting)},
         states={
             name: sum(frame.state == number for frame in frames) / max(1, len(frames))
             for name, number in STATES
@@ -125,6 +128,13 @@ def score(trace: Trace) -> Score:
         line_errors=trace.line_errors,
         way_m=trace.way_mm / 1000,
     )
+
+
+def _covered(frames):
+    if not frames:
+        return []
+    off, sigmas = np.array([frame.off for frame in frames]), np.array([frame.sigmas for frame in frames])
+    return [float(share) for share in np.mean(np.abs(off) <= 2 * sigmas, axis=0)]
 
 
 def detection(trace: Trace, name: str) -> Detection:
@@ -147,8 +157,8 @@ def detection(trace: Trace, name: str) -> Detection:
 
 def laps(trace: Trace) -> tuple[int, int]:
     """(begun, completed): a lap begins when the first marker of the route is left, and is completed when it
-    is left again after all others in their order. A lap that the end of the drive cuts off does not count."""
-    route = trace.field.route[:-1]
+    is left again after all others that hang, in order. One that the drive's end cuts off does not count."""
+    route = _hanging(trace)
     begun = completed = 0
     expected = None
     for _, marker_id, _ in trace.visits:
@@ -164,10 +174,15 @@ def laps(trace: Trace) -> tuple[int, int]:
     return max(completed, begun - 1), completed
 
 
+def _hanging(trace):
+    """The markers of a lap, without one that has been taken down."""
+    return [number for number in trace.field.route[:-1] if number != trace.field.condition.missing]
+
+
 def _out_of_order(trace):
     """Pairs of markers left one after the other that do not follow each other in the route."""
-    route = trace.field.route
-    following = set(zip(route[:-1], route[1:], strict=True))
+    route = _hanging(trace)
+    following = set(zip(route, route[1:] + route[:1], strict=True))
     pairs = zip(trace.visits[:-1], trace.visits[1:], strict=True)
     return [(before, after) for before, after in pairs if (before[1], after[1]) not in following]
 

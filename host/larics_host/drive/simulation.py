@@ -68,6 +68,8 @@ class Frame:
     route_position: int
     behaviour: int
     sights: dict = of(default_factory=dict)
+    off: tuple = (math.nan,) * 3  # x mm, y mm, degrees, as error is
+    sigmas: tuple = (math.nan,) * 3  # of these, as reported
 
 
 @dataclass
@@ -288,10 +290,9 @@ class Simulation:
         for truth in truths:  # a rolling shutter exposes the marker before or after the frame's middle
             if reported.state == m.TRACKING and truth.id == reported.id:
                 true = (truth.vehicle_x_mm, truth.vehicle_y_mm, truth.vehicle_heading_deg)
-        error = (
-            float(np.hypot(found[0] - true[0], found[1] - true[1])),
-            abs((found[2] - true[2] + 180) % 360 - 180),
-        )
+        off = found[0] - true[0], found[1] - true[1], (found[2] - true[2] + 180) % 360 - 180
+        sigmas = (reported.sigma_x_mm10 / 10, reported.sigma_y_mm10 / 10, reported.sigma_cdeg / 100)
+        error = float(np.hypot(off[0], off[1])), abs(off[2])
         whole = sum(self._is_whole(truth) for truth in truths)
         return Frame(
             now_s,
@@ -306,6 +307,8 @@ class Simulation:
             reported.id,
             reported.route_position,
             behaviour,
+            off=off,
+            sigmas=sigmas if reported.state != m.LOST else (math.nan,) * 3,
         )
 
 

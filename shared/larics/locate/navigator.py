@@ -10,8 +10,13 @@ from larics.locate.marker_map import MarkerMap
 from larics.locate.motion import direction_cdeg
 from larics.locate.route import AMBIGUOUS, SAME, Route
 from larics.marker.detection import FLAG_UNCONFIRMED
-from larics.wire.messages import DIRECTION_NONE, FAULT_ROUTE, LOST, ROUTE_NONE
+from larics.wire.messages import CARRIED, DIRECTION_NONE, FAULT_ROUTE, LOST, ROUTE_NONE
 
+_PASSED_MM10 = const(
+    2500
+)  # so near to a marker's place, or within two sigma, one sees it, if it is there ...
+_PASSED_MOST_MM10 = const(10000)
+_PASSED_FRAMES = const(2)  # ... in one of so many frames
 _NEARER = const(2)  # another marker in view counts as reached when it is so many times nearer
 
 
@@ -42,6 +47,7 @@ class Navigator:
         self.fault = 0
         self.event = SAME
         self._last_id = -1
+        self._unseen = 0  # frames in a row at the place of the next marker, without it
 
     def outer_mm10(self, marker_id):
         """Radius of the outer ring of a marker with this ID."""
@@ -87,11 +93,31 @@ class Navigator:
         if reached < 0:
             if self.pose.state == LOST and count == 0:
                 self._lose_sight()
+            elif self._is_at_next():
+                self._unseen += 1
+                if self._unseen >= _PASSED_FRAMES:
+                    self._unseen = 0
+                    self._last_id = -1
+                    self.event = self.route.pass_by()
+                    self.fault = self.fault or FAULT_ROUTE
+            else:
+                self._unseen = 0
             return
+        self._unseen = 0
         self._last_id = reached
         self.event = self.route.see(reached)
         if self.event > AMBIGUOUS:
             self.fault = self.fault or FAULT_ROUTE
+
+    def _is_at_next(self):
+        """Whether odometry has carried the vehicle to the place of the marker to drive to."""
+        pose = self.pose
+        goal = self.route.entry(self.route.next_position())
+        if goal < 0 or pose.state != CARRIED:
+            return False
+        near = max(_PASSED_MM10, min(_PASSED_MOST_MM10, 2 * pose.sigma_mm10))
+        dx, dy = abs(self.map.x_mm10[goal] - pose.x_mm10), abs(self.map.y_mm10[goal] - pose.y_mm10)
+        return max(dx, dy) + (min(dx, dy) >> 1) < near
 
     def _reached(self, measurements, count):
         """The ID of the marker in view that the vehicle is at, -1 for none: the nearest, but the one it

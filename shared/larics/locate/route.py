@@ -159,6 +159,17 @@ class Route:
         self.position = best
         return self._meaning(before, best, marker_id)
 
+    def pass_by(self):
+        """The vehicle was at the place of the next marker and did not see it: it counts as passed."""
+        following = self.next_position()
+        if following < 0:
+            return SAME
+        self._advance(self.ids[following])
+        self.position = following
+        self.missed = 1
+        self._last_id = -1
+        return MISSED
+
     def _advance(self, marker_id):
         """The cost of every position after this marker; returns the cheapest, -1 when there are several."""
         ids, count = self.ids, self.count
