@@ -303,6 +303,24 @@ def test_a_recording_of_an_older_boot_is_not_fresh(program):
             assert session.marker().state in ("restarted", "unproven", "foreign")
 
 
+def test_a_boot_number_that_is_drawn_again_is_believed_with_an_answer(program):
+    with challenged(program, Stream()) as session:
+        for boot in (2000, 1000):
+            camera = Stream(boot=boot)
+            session.later(camera.status(1) + camera.marker())  # its INFO got lost
+            assert session.marker().state in ("restarted", "unproven")
+            session.later(b"", 110)
+            session.later(camera.answer(session.challenge()))
+            session.later(camera.marker(x=900))
+            assert (session.marker().state, session.marker().x) == ("good", 900)
+    with started(program, Stream()) as session:  # without a challenge it may be a recording
+        for boot in (2000, 1000):
+            camera = Stream(boot=boot)
+            session.later(camera.info())
+            session.later(camera.marker(x=boot))
+        assert session.marker().x == 2000 and session.noticed()["foreign"] == 1
+
+
 def test_an_answer_to_another_question_or_too_late_proves_nothing(program):
     camera = Stream()
     with Session(program, **CHALLENGED) as session:

@@ -24,11 +24,15 @@ static int was_before(const larics_supervisor *camera, uint16_t boot)
     return 0;
 }
 
-/* A boot number that is not the last one: 1 when it is a restart, 0 when it lies in the past. */
-static int restart(larics_supervisor *camera, uint16_t boot)
+/* A boot number that is not the last one: 1 when it is a restart, 0 when it lies in the past. The camera draws it at
+ * random: one of the past that answers a challenge, at once when there are any, has been drawn again. */
+static int restart(larics_supervisor *camera, uint16_t boot, int is_proof)
 {
     if (camera->has_boot) {
-        if (was_before(camera, boot)) return 0;
+        if (was_before(camera, boot) && !is_proof) {
+            if (camera->limits.challenge_ms) camera->has_info = camera->has_proof = camera->is_anchored = 0;
+            return 0;
+        }
         camera->boots[camera->boot_count % LARICS_BOOTS] = camera->boot;
         camera->boot_count = (uint8_t)(camera->boot_count < 2 * LARICS_BOOTS - 1 ? camera->boot_count + 1
                                                                                    : LARICS_BOOTS);
@@ -101,7 +105,7 @@ int larics_source_info(larics_supervisor *camera, const larics_info *info, uint1
         return 0;
     }
     if (!camera->has_boot || camera->boot != info->boot) {
-        if (!restart(camera, info->boot)) {
+        if (!restart(camera, info->boot, is_proof)) {
             camera->noticed.foreign++;
             return 0;
         }
@@ -125,7 +129,7 @@ int larics_source_info(larics_supervisor *camera, const larics_info *info, uint1
 int larics_source_status(larics_supervisor *camera, const larics_status *status, uint16_t sequence)
 {
     if (!camera->has_boot || camera->boot != status->boot) {
-        if (!restart(camera, status->boot)) {
+        if (!restart(camera, status->boot, 0)) {
             camera->noticed.foreign++;
             return 0;
         }
