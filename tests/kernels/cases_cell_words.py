@@ -51,4 +51,12 @@ def likeliest_words(random):
                 yield (scratch, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, result)
 
 
-CASES = {"cell_weights": cell_weights, "likeliest_words": likeliest_words}
+def certain_word(random):
+    for scratch, _, _, weights, generator, lines, _, result in likeliest_words(random):
+        for line in range(3):
+            if random.below(3) == 0:
+                lines[line] = BIAS
+        yield (scratch, 0, 0, weights, generator, lines, result)
+
+
+CASES = {"certain_word": certain_word, "cell_weights": cell_weights, "likeliest_words": likeliest_words}

@@ -10,8 +10,10 @@ import numpy as np
 
 from larics.arith import tables
 from larics.kernels import layouts as at
+from larics.marker import golay
 
 BIAS = at.BIAS
+WORDS = np.array([golay.cells(marker_id) for marker_id in range(4096)])
 LOG = np.frombuffer(bytes(tables.LOG_GREY_Q8), "<u2").astype(int)
 TURN = np.frombuffer(bytes(tables.COSINE_Q14_BIASED), "<u2").astype(int) - 32768
 
@@ -1039,6 +1041,43 @@ def hidden_cells(before, after, result):
     assert result == expected
 
 
+def word_costs(weights, lines):
+    """What each ID's word costs that has one, infinite for the others; ID 0 is the empty word."""
+    told = (np.roll(numbers(weights, 24), -lines[3]) - BIAS)[None, :]
+    dark = WORDS[:, None] >> np.arange(24) & 1
+    costs = (np.abs(told) * (dark != (told > 0))).sum(axis=1)
+    ids = np.arange(4096)
+    for bit in range(3):
+        line = lines[bit] - BIAS
+        costs = costs + abs(line) * ((ids >> bit & 1) != (line > 0)) * (ids > 0)
+    used = ((ids > 7) & (ids & 7 > 0) & (ids != 4095)) | (ids == 0)
+    return np.where(used, costs, 1 << 29)
+
+
+def certain_word(before, after, result):
+    costs = word_costs(before[3], before[5])
+    told, cost, second, contradicted, blank = numbers(after[6], 5)
+    best = int(np.argmin(costs))
+    if result:
+        assert (told, cost) == (best, costs[best])
+        assert second <= np.sort(costs)[1] and second - cost >= 192
+        assert contradicted <= 1 and blank == sum(weight == BIAS for weight in before[3][:24])
+    else:  # none that is beyond doubt is left to the search
+        clear = all(abs(weight - BIAS) >= 64 for weight in before[3][:24])
+        assert not clear or costs[best] > 0
+
+
+def likeliest_words(before, after, result):
+    """What is found is never cheaper than the best, the best itself where it is far from the second."""
+    costs = word_costs(before[3], before[5])
+    told, cost, second, _, blank = numbers(after[7], 5)
+    best, next_best = np.sort(costs)[:2]
+    assert cost == (costs[told] if told < 4096 else 1 << 20) and cost >= best
+    if next_best - best > 192:
+        assert costs[told] == best
+    assert blank == sum(weight == BIAS for weight in before[3][:24])
+
+
 # --- candidates for the blur-model reader
 
 
@@ -1087,6 +1126,7 @@ def next_unseen(before, after, result):
 ORACLES = {
     "candidates": (remember, next_unseen),
     "cells": (hidden_cells,),
+    "cell_words": (certain_word, likeliest_words),
     "votes": (cast_votes, clear_cells, find_windows, rank_centres),
     "edges": (gradient_histogram, edge_threshold, steep_positions, thin_line_edges),
     "grey": (count_greys, take_sample),

@@ -19,7 +19,7 @@ except ImportError:
 from larics.arith.fixed import CELL_AXES, CELL_ROWS, COSINE, LOG_GREY, cos_q14, sin_q14
 from larics.kernels import cell_words
 from larics.kernels import cells as kernels
-from larics.marker import mirrored_lines
+from larics.marker import BITS, ID_COUNT, mirrored_lines
 
 _BIAS = const(1 << 24)  # items as in kernels.layouts
 _PLACE_X_Q8 = const(0)
@@ -86,13 +86,18 @@ class CellReader:
         self._mirrored = mirrored
         self._weights = array("i", bytes(4 * cell_words.WEIGHTS))
         self._lines = array("i", bytes(16))
+        # by the ID that the lines tell, 0 for none: what each weighs, and the first cell
+        self._lines_of = [array("i", (_BIAS, _BIAS, _BIAS, 0))]
+        for lines_id in range(1, ID_COUNT):
+            weights = [_BIAS + (_LINE_DARK if lines_id >> bit & 1 else -_LINE_WHITE) for bit in range(BITS)]
+            self._lines_of.append(array("i", weights + [0]))
         self._result = array("i", bytes(4 * _WORD_ITEMS))
         self._hidden = 0
         self.margin = 0
 
     def memory(self):
         """Bytes of the buffers."""
-        return 4 * (len(self.depths) + len(self.pose) + len(self._weights) + 8)
+        return 4 * (len(self.depths) + len(self.pose) + len(self._weights) + 8 + 4 * ID_COUNT)
 
     def decide(self, lines_id, is_turned=False):
         """Which ID the cells measured last tell: above 7, PLAIN, or UNKNOWN; sets `margin`.
@@ -104,13 +109,7 @@ class CellReader:
             return UNKNOWN
         if self._mirrored:
             lines_id = mirrored_lines(lines_id)
-        lines = self._lines
-        for bit in range(3):
-            weight = 0
-            if lines_id:
-                weight = _LINE_DARK if lines_id >> bit & 1 else -_LINE_WHITE
-            lines[bit] = weight + _BIAS
-        self._find(0)
+        self._find(self._lines_of[lines_id])
         result = self._result
         told = result[_WORD_ID]
         cost = result[_WORD_COST]
@@ -160,7 +159,8 @@ class CellReader:
             for bit in range(3):
                 side = 1 + bit if self._mirrored else 3 - bit
                 lines[bit] = seen[(turn + side) & 3] + _BIAS
-            self._find((24 - 6 * turn) % 24 if self._mirrored else 6 * turn)
+            lines[3] = (24 - 6 * turn) % 24 if self._mirrored else 6 * turn
+            self._find(lines)
             cost = result[_WORD_COST]
             if cost < best:
                 second = min(best, result[_WORD_SECOND])
@@ -194,11 +194,13 @@ class CellReader:
                 weights[23 - cell] = weight
         return True
 
-    def _find(self, first_cell):
-        self._lines[3] = first_cell
-        cell_words.likeliest_words(
-            self._scratch, 0, 0, self._weights, CELL_ROWS, self._lines, self._allowed, self._result
-        )
+    def _find(self, lines):
+        """Looks for the words that cost least; lines: as in cell_words.likeliest_words."""
+        scratch = self._scratch
+        weights = self._weights
+        result = self._result
+        if not cell_words.certain_word(scratch, 0, 0, weights, CELL_ROWS, lines, result):
+            cell_words.likeliest_words(scratch, 0, 0, weights, CELL_ROWS, lines, self._allowed, result)
 
     def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth):
         """Measures the cells of a marker; False when its shape is none that a pose can have.

@@ -25,7 +25,7 @@ _LEAST_CELLS = const(12)
 _ALL_WHITE = const(20)  # cells that must have been looked at, for none of them to be dark to tell something
 _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
 _ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
-_ALL_TELL = const(24)  # the least telling cell of those that are as a word has them
+_CERTAIN = const(400)  # so much, where some cells tell nothing or contradict: the best of margins
 _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
 _STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross
@@ -87,6 +87,7 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
         middle = (low + high) >> 1
         half = (high - low + 2) >> 1
     span = half + half
+    # the white beside the dark cells in order, to know its middle, or where there are few, beside all
     dark = 0
     i = 0
     while i < 24:
@@ -103,27 +104,40 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
                 value = 0
         weights[i] = value + _BIAS
         if value > 0:
-            dark += 1
-        i += 1
-    # the white beside the dark cells, where there are some, or of the brighter half of all
-    seen = 0
-    i = 0
-    while i < 24:
-        value = 0
-        if int(depths[i]) and (dark < 4 or int(weights[i]) > _BIAS):
             value = int(depths[48 + i])
-            slot = seen
+            slot = dark
             while slot > 0 and int(scratch[slot - 1]) > value:
                 scratch[slot] = int(scratch[slot - 1])
                 slot -= 1
             scratch[slot] = value
-            seen += 1
+            dark += 1
         i += 1
+    seen = dark
     if dark < 4:
+        seen = 0
+        i = 0
+        while i < 24:
+            if int(depths[i]):
+                value = int(depths[48 + i])
+                slot = seen
+                while slot > 0 and int(scratch[slot - 1]) > value:
+                    scratch[slot] = int(scratch[slot - 1])
+                    slot -= 1
+                scratch[slot] = value
+                seen += 1
+            i += 1
         white = int(scratch[seen * 3 // 5])
     else:
         white = int(scratch[seen >> 1])
     weights[24] = white
+    all_white = 0
+    if dark == 0 and count >= _ALL_WHITE:
+        all_white = 1
+    many_dark = 0
+    if dark >= 4:
+        many_dark = 1
+    total = 0
+    dark = 0
     i = 0
     while i < 24:
         value = int(weights[i]) - _BIAS
@@ -141,7 +155,7 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
                 if value < 17 and value > 0 - 17:
                     value = 0
                 weights[i] = value + _BIAS
-        if value < 0 and off > _TONE >> 1 and dark >= 4:
+        if off > _TONE >> 1 and value < 0 and many_dark:
             # where two cells are dark in the same shadow or light, the plate is seen there
             level = int(depths[48 + i])
             slot = 1
@@ -150,8 +164,6 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
                 far = level - int(scratch[slot - 1])
                 if near < far:
                     near = far
-                if near < 0:
-                    near = 0 - near
                 if near < off:
                     off = near
                 slot += 1
@@ -164,40 +176,152 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
         if off < _TONE:
             if off < 0:
                 off = 0
-            if dark == 0 and count >= _ALL_WHITE and off < _TONE >> 1:
+            if all_white and off < _TONE >> 1:
                 off = _TONE >> 1
-            weights[i] = value * off // _TONE + _BIAS
-        if value < 0 and (hidden >> i) & 1:
-            weights[i] = _BIAS
-        i += 1
-    # dark cells by their strokes: such as have white ones between them
-    total = 0
-    dark = 0
-    strokes = 0
-    seen = 0
-    i = 0
-    while i < 48:
-        slot = i
-        if i >= 24:
-            slot = i - 24
-        if i == 24:  # the second time around, what came before the first cell is known
-            total = 0
-            dark = 0
-            strokes = 0
-        value = int(weights[slot]) - _BIAS
+            value = value * off // _TONE
+            weights[i] = value + _BIAS
         if value > 0:
             total += value
             dark += 1
-            if seen == 0:
-                strokes += 1
-            seen = 1
-        elif value < 0:
-            seen = 0
+        elif value < 0 and (hidden >> i) & 1:
+            weights[i] = _BIAS
         i += 1
-    if total > 64 and strokes < 2 and dark <= _STROKE_MOST:
-        total -= (total - 64) >> 1
+    # dark cells that one stroke may have made: there is none between them that is white
+    if total > 64 and dark <= _STROKE_MOST:
+        strokes = 0
+        seen = 0
+        i = 0
+        while i < 48:
+            slot = i
+            if i >= 24:
+                slot = i - 24
+            value = int(weights[slot]) - _BIAS
+            if value > 0:
+                if seen == 0 and i >= 24:  # by then it is known what came before the first
+                    strokes += 1
+                seen = 1
+            elif value < 0:
+                seen = 0
+            i += 1
+        if strokes < 2:
+            total -= (total - 64) >> 1
     weights[25] = total
     return count
+
+
+@micropython.viper
+def certain_word(
+    least: ptr32, i: int, j: int, weights: ptr32, generator: ptr16, lines: ptr32, result: ptr32
+) -> int:  # fmt: skip
+    """The word of the cells' code that they leave no doubt of; 1, or 0 when there is none.
+
+    Looked at are those that the cells as they look are, but for up to two of twelve that carry an ID, when
+    they contradict one cell at most. Any other word differs from such a one in eight cells, which tells what
+    it costs at least. least: 8 items, scratch space; the other arguments and the result as in
+    `likeliest_words`."""
+    shift = int(lines[3])
+    word = 0
+    telling = 0
+    i = 0
+    while i < 24:
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j])
+        if value != _BIAS:
+            telling = telling | (1 << i)
+            if value > _BIAS:
+                word = word | (1 << i)
+        i += 1
+    marker_id = 0
+    i = 0
+    while i < 12:
+        if (word >> int(generator[24 + i])) & 1:
+            marker_id = marker_id | (1 << i)
+        i += 1
+    i = 0
+    while i < 12:
+        if (marker_id >> i) & 1:
+            word = word ^ int(generator[i + i]) ^ (int(generator[i + i + 1]) << 16)
+        i += 1
+    # from here on, what a word contradicts
+    odd = word & telling
+    odd = odd & (odd - 1)
+    i = 0
+    while odd and i < 12:
+        row = int(generator[i + i]) | (int(generator[i + i + 1]) << 16)
+        odd = (word ^ row) & telling
+        odd = odd & (odd - 1)
+        j = i + 1
+        while odd and j < 12:
+            other = row ^ int(generator[j + j]) ^ (int(generator[j + j + 1]) << 16)
+            odd = (word ^ other) & telling
+            odd = odd & (odd - 1)
+            if odd == 0:
+                row = other
+                marker_id = marker_id ^ (1 << j)
+            j += 1
+        if odd == 0:
+            word = word ^ row
+            marker_id = marker_id ^ (1 << i)
+        i += 1
+    if odd:
+        return 0
+    if marker_id:
+        if marker_id < 8 or marker_id & 7 == 0 or marker_id == 4095:
+            return 0
+        i = 0
+        while i < 3:
+            value = int(lines[i]) - _BIAS
+            if (marker_id >> i) & 1:
+                value = 0 - value
+            if value > 0:
+                return 0
+            i += 1
+    # what the eight that tell the least would cost, the one that is contradicted taken off
+    i = 0
+    while i < 8:
+        least[i] = 1 << 29
+        i += 1
+    last = 1 << 29
+    cost = 0
+    blank = 0
+    contradicted = 0
+    i = 0
+    while i < 24:
+        j = i + shift
+        if j >= 24:
+            j -= 24
+        value = int(weights[j])
+        if value < _BIAS:
+            value = _BIAS + _BIAS - value
+        if value == _BIAS:
+            blank += 1
+        elif (word >> i) & 1:
+            contradicted = 1
+            cost = value - _BIAS
+            value = _BIAS - cost
+        if value < last:
+            j = 7
+            while j > 0 and int(least[j - 1]) > value:
+                least[j] = int(least[j - 1])
+                j -= 1
+            least[j] = value
+            last = int(least[7])
+        i += 1
+    second = 0
+    i = 0
+    while i < 8:
+        second += int(least[i]) - _BIAS
+        i += 1
+    if second < _ENOUGH or (second < _CERTAIN and cost + blank):
+        return 0
+    result[_WORD_ID] = marker_id
+    result[_WORD_COST] = cost
+    result[_WORD_SECOND] = cost + second
+    result[_WORD_CONTRADICTED] = contradicted
+    result[_WORD_BLANK] = blank
+    return 1
 
 
 @micropython.viper
@@ -220,7 +344,12 @@ def likeliest_words(
     shift = int(lines[3])
     hard = 0
     blank = 0
-    least = 1 << 20
+    code = 0
+    i = 0
+    while i < 3:
+        if int(lines[i]) > _BIAS:
+            code = code | (1 << i)
+        i += 1
     i = 0
     while i < 24:
         j = i + shift
@@ -229,43 +358,9 @@ def likeliest_words(
         value = int(weights[j]) - _BIAS
         if value > 0:
             hard = hard | (1 << i)
-        else:
-            value = 0 - value
-        if value < least:
-            least = value
-        i += 1
-    code = 0
-    i = 0
-    while i < 3:
-        if int(lines[i]) > _BIAS:
-            code = code | (1 << i)
-        i += 1
-    # mostly the cells as they look are a word: every other one contradicts eight of them
-    word = 0
-    marker_id = 0
-    i = 0
-    while i < 12:
-        if (hard >> int(generator[24 + i])) & 1:
-            word = word ^ int(generator[i + i]) ^ (int(generator[i + i + 1]) << 16)
-            marker_id = marker_id | (1 << i)
-        i += 1
-    if word == hard and least >= _ALL_TELL:
-        if marker_id == 0 or (marker_id & 7 == code and marker_id > 7 and marker_id != 4095):
-            result[_WORD_ID] = marker_id
-            result[_WORD_COST] = 0
-            result[_WORD_SECOND] = least << 3
-            result[_WORD_CONTRADICTED] = 0
-            result[_WORD_BLANK] = 0
-            return 4096
-    i = 0
-    while i < 24:
-        j = i + shift
-        if j >= 24:
-            j -= 24
-        value = int(weights[j]) - _BIAS
-        if value == 0:
+        elif value == 0:
             blank += 1
-        if value < 0:
+        else:
             value = 0 - value
         value = (value << 5) | i
         j = i

@@ -38,6 +38,7 @@ _COVERED_Q8 = const(128)  # a ring's sector with less of the rings' area is hidd
 _CELL_TURN16 = const(3368)  # of the first cell of a quarter turn, of a cell, of the gap after the third
 _CELL_STEP_TURN16 = const(1638)
 _CELL_GAP_TURN16 = const(1457)
+_USUAL = const(1024)  # ellipse, and half of it perspective, * 2**14: 6 degrees of tilt and more
 _TANGENT_Q14 = const(572)  # of 2 degrees, between the samples at one radius
 
 
@@ -102,61 +103,84 @@ def cell_depths(
     unit = int(place[_PLACE_DEPTH]) * 12
     cx = int(place[_PLACE_X_Q8]) + 128
     cy = int(place[_PLACE_Y_Q8]) + 128
+    ux = int(place[_PLACE_COSINE_Q14]) - _BIAS
+    uy = int(place[_PLACE_SINE_Q14]) - _BIAS
+    e1 = int(place[_PLACE_E1_Q14]) - _BIAS
+    e2 = int(place[_PLACE_E2_Q14]) - _BIAS
+    hx = int(place[_PLACE_HX_Q14]) - _BIAS
+    hy = int(place[_PLACE_HY_Q14]) - _BIAS
+    # of shapes that are usual no pixel lies farther than two radii away
+    near_border = 0
+    x = radius + radius
+    if cx < x or cy < x or cx + x > right or cy + x > bottom:
+        near_border = 1
+    if e1 > _USUAL or e2 > _USUAL or e1 < 0 - _USUAL or e2 < 0 - _USUAL:
+        near_border = 1
+    if hx > _USUAL >> 1 or hy > _USUAL >> 1 or hx < 0 - (_USUAL >> 1) or hy < 0 - (_USUAL >> 1):
+        near_border = 1
     inside = 0
     cell = 0
+    axis = 0
     while cell < 24:
-        # direction of the cell: counterclockwise by whole quarters, then by its angle within one
-        dx = int(place[_PLACE_COSINE_Q14]) - _BIAS
-        dy = int(place[_PLACE_SINE_Q14]) - _BIAS
-        position = cell
-        while position >= 6:
-            x = dx
-            dx = dy
-            dy = 0 - x
-            position -= 6
-        x = int(axes[position + position])
-        y = int(axes[position + position + 1])
-        vx = (dx * x + dy * y) >> 14
-        vy = (dy * x - dx * y) >> 14
-        x = int(place[_PLACE_E1_Q14]) - _BIAS
-        y = int(place[_PLACE_E2_Q14]) - _BIAS
-        bend = ((int(place[_PLACE_HX_Q14]) - _BIAS) * vx + (int(place[_PLACE_HY_Q14]) - _BIAS) * vy) >> 14
-        dx = (radius * (vx + ((x * vx + y * vy) >> 14))) >> 14
-        dy = (radius * (vy + ((y * vx - x * vy) >> 14))) >> 14
+        x = int(axes[axis])
+        y = int(axes[axis + 1])
+        vx = (ux * x + uy * y) >> 14
+        vy = (uy * x - ux * y) >> 14
+        bend = (hx * vx + hy * vy) >> 14
+        dx = (radius * (vx + ((e1 * vx + e2 * vy) >> 14))) >> 14
+        dy = (radius * (vy + ((e2 * vx - e1 * vy) >> 14))) >> 14
         beside = 0
         within = 0
         ring = 0
         while ring < 4:
             position = int(place[_PLACE_RADII_Q10 + ring])
             position = position + ((((position * position) >> 10) * bend) >> 14)
-            vx = (dx * position) >> 10
-            vy = (dy * position) >> 10
-            step_x = (vy * _TANGENT_Q14) >> 14
-            step_y = (vx * _TANGENT_Q14) >> 14
-            x = cx + vx + step_x
-            y = cy + vy - step_y
-            vx = x - step_x - step_x
-            vy = y + step_y + step_y
-            if x < 0 or y < 0 or x > right or y > bottom or vx < 0 or vy < 0 or vx > right or vy > bottom:
-                ring = 8
-            else:
+            x = (dx * position) >> 10
+            y = (dy * position) >> 10
+            step_x = (y * _TANGENT_Q14) >> 14
+            step_y = (x * _TANGENT_Q14) >> 14
+            x += cx + step_x
+            y += cy - step_y
+            position = 1
+            if near_border:
+                vx = x - step_x - step_x
+                vy = y + step_y + step_y
+                if x < 0 or y < 0 or x > right or y > bottom or vx < 0 or vy < 0 or vx > right or vy > bottom:
+                    position = 0
+            if position:
                 sum = int(log[int(image[(y >> 8) * width + (x >> 8)])])
-                sum += int(log[int(image[(vy >> 8) * width + (vx >> 8)])])
+                x -= step_x
+                y += step_y
                 if ring < 2:
                     beside += sum
+                    x -= step_x
+                    y += step_y
+                    beside += int(log[int(image[(y >> 8) * width + (x >> 8)])])
                 else:
-                    within += sum + int(log[int(image[((y + step_y) >> 8) * width + ((x - step_x) >> 8)])])
+                    within += sum + int(log[int(image[(y >> 8) * width + (x >> 8)])])
+                    x -= step_x
+                    y += step_y
+                    within += int(log[int(image[(y >> 8) * width + (x >> 8)])])
                 ring += 1
-        result[cell] = 0
+            else:
+                ring = 8
+        x = 0
         if ring == 4:
             inside += 1
             x = ((beside * 3 - within * 2) << 8) // unit + _BIAS
             if x < 1:
                 x = 1
-            result[cell] = x
+        result[cell] = x
         result[24 + cell] = within // 6
         result[48 + cell] = beside >> 2
         cell += 1
+        axis += 2
+        if axis == 12:
+            # counterclockwise by a quarter
+            axis = 0
+            x = ux
+            ux = uy
+            uy = 0 - x
     return inside
 
 
