@@ -93,7 +93,7 @@ def test_a_far_place_is_believed_with_a_second_frame():
         found, time_us = standing(60)
         states = []
         for k in range(frames):
-            found._last.scatter_mm10 = 5000  # so that the gate itself is wider
+            found._last.sigma_mm10 = 5000  # so that the gate itself is wider
             found.update([measured(3, -off_mm10)], 1, time_us + (k + 1) * FRAME_US)
             states.append((found.state, abs(found.x_mm10 - off_mm10) < 2))
         assert states[-1] == (TRACKING, True), (off_mm10, states)

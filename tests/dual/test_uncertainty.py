@@ -35,7 +35,7 @@ def test_each_part_by_itself():
 def test_an_entry_of_the_map_may_know_better():
     usual = only(map_mm10=25, map_cdeg=10)
     assert usual.of_place(measured(0, 0), 7, 0) == 7 and usual.of_heading(4) == 4
-    assert usual.of_place(measured(6000, 0), 1, 100) == 104
+    assert usual.of_place(measured(6000, 0), 1, 100) == 105
 
 
 def test_the_parts_add_up_and_nothing_overflows():

@@ -55,10 +55,10 @@ def sin_q14(angle_turn16):
         sign = -1
     if angle > _QUARTER:
         angle = 32768 - angle
-    index, rest = angle >> 6, angle & 63
-    value = _entry(tables.QUARTER_SINE_Q14, index)
+    at, rest, sines = angle >> 6 << 1, angle & 63, tables.QUARTER_SINE_Q14
+    value = sines[at] | sines[at + 1] << 8  # not by _entry: this is called often
     if rest:
-        value += ((_entry(tables.QUARTER_SINE_Q14, index + 1) - value) * rest + 32) >> 6
+        value += (((sines[at + 2] | sines[at + 3] << 8) - value) * rest + 32) >> 6
     return sign * value
 
 

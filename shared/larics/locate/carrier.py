@@ -35,13 +35,14 @@ _MOST_MM10 = const(7000)  # of one increment
 
 class Fix:
     """Where markers put the vehicle: place and heading, the entry of the map, the standard deviations of what
-    scatters and of what does not, and whether it was expected elsewhere."""
+    scatters, of what does not, and of both, and whether it was expected elsewhere."""
 
     def __init__(self):
         self.x_mm10 = self.y_mm10 = self.heading_cdeg = 0
         self.entry = -1
         self.scatter_mm10 = self.scatter_cdeg = 0
         self.certain_mm10 = self.certain_cdeg = 0
+        self.sigma_mm10 = self.sigma_cdeg = 0
         self.moved = False
 
 
@@ -73,6 +74,7 @@ class Carrier:
         self._speed_mm_s = 0
         self._xx = self._xy = self._yy = self._xt = self._yt = self._tt = 0
         self._a = self._b = 0
+        self._grown = False  # since sigma was told
 
     def fix(self, fix):
         """A marker put the vehicle there, a Fix. Learns from it."""
@@ -90,7 +92,12 @@ class Carrier:
         self._tt = _variance_of_heading_q8(fix)
         self._a = self._b = 0
         self.known = True
-        self._tell()
+        # all that `_tell` and `_tell_sigma` would find, with less work
+        self.x_mm10, self.y_mm10, self.heading_cdeg = fix.x_mm10, fix.y_mm10, fix.heading_cdeg
+        self.sigma_x_mm10 = self.sigma_y_mm10 = fix.sigma_mm10
+        self.sigma_cdeg = fix.sigma_cdeg
+        self.correlation_q14 = self.way_mm = 0
+        self._grown = False
 
     def move(self, odometry, time_us):
         """Carries the pose on to the odometry's at that time (modulo 2**30); False when that has jumped: then
@@ -122,11 +129,13 @@ class Carrier:
             return
         middle = turn16_from_cdeg(self._last_heading + turn_cdeg // 2)
         sin, cos = sin_q14(middle), cos_q14(middle)
-        forward = scaled_q14(dx << 4, cos) + scaled_q14(dy << 4, sin)
-        left = scaled_q14(dy << 4, cos) - scaled_q14(dx << 4, sin)
-        if abs(forward) + abs(left) < _MOST_MM10 << 4:
+        if abs(dx) + abs(dy) < _MOST_MM10:
+            forward = ((dx << 2) * cos + (dy << 2) * sin + 2048) >> 12
+            left = ((dy << 2) * cos - (dx << 2) * sin + 2048) >> 12
             self._advance(forward, left, turn_cdeg, passed_ms)
             return
+        forward = scaled_q14(dx << 4, cos) + scaled_q14(dy << 4, sin)
+        left = scaled_q14(dy << 4, cos) - scaled_q14(dx << 4, sin)
         parts = 1 + (abs(forward) + abs(left)) // (_MOST_MM10 << 4)
         for k in range(parts):  # long increments in pieces, so that the covariance follows the way
             self._advance(
@@ -145,16 +154,17 @@ class Carrier:
         self._speed_mm_s = min(8000, way * 100 // passed_ms)
         if not self.known:
             return
-        scale_q14 = shares.scale.value_q20 >> 6
-        forward += scaled_q14(forward, scale_q14)
-        left += scaled_q14(left, scale_q14)
+        scale_q12 = shares.scale.value_q20 >> 8
+        forward += (forward >> 1) * scale_q12 >> 11
+        left += (left >> 1) * scale_q12 >> 11
         turn_q6 = turn_cdeg << 6
-        turn_q6 += scaled_q14(turn_q6, shares.turn.value_q20 >> 6)
+        turn_q6 += (turn_q6 >> 4) * (shares.turn.value_q20 >> 6) >> 10
         turn_q6 += ((shares.drift.value_q20 >> 4) * forward_mm10 >> 10) * 37 >> 6
         middle = turn16_from_cdeg(self._heading_q6 + turn_q6 // 2 >> 6)
         sin, cos = sin_q14(middle), cos_q14(middle)
-        dx = scaled_q14(forward, cos) - scaled_q14(left, sin)
-        dy = scaled_q14(forward, sin) + scaled_q14(left, cos)
+        ahead, aside = forward + 2 >> 2, left + 2 >> 2
+        dx = (ahead * cos - aside * sin + 2048) >> 12
+        dy = (ahead * sin + aside * cos + 2048) >> 12
         self._rx += dx
         self._ry += dy
         self._px += dx
@@ -194,11 +204,18 @@ class Carrier:
         self._tt += turned - (turned >> 1)
         self._since = 0
         self._px = self._py = 0
+        self._grown = True
 
     def _tell(self):
         self.x_mm10 = self._x0 + (self._rx >> 4)
         self.y_mm10 = self._y0 + (self._ry >> 4)
         self.heading_cdeg = (self._heading_q6 >> 6) % 36000
+        self.way_mm = min(WAY_UNKNOWN, self._way // 10)
+        if self._grown:
+            self._grown = False
+            self._tell_sigma()
+
+    def _tell_sigma(self):
         root_x, root_y = isqrt(max(1, self._xx) << 2), isqrt(max(1, self._yy) << 2)  # mm Q3
         self.sigma_x_mm10 = root_x * 10 + 15 >> 3
         self.sigma_y_mm10 = root_y * 10 + 15 >> 3
@@ -208,7 +225,6 @@ class Carrier:
             xy >>= 1
             both >>= 1
         self.correlation_q14 = max(-16384, min(16384, (xy << 14) // max(1, both)))
-        self.way_mm = min(WAY_UNKNOWN, self._way // 10)
 
     def _hear_noise(self, fix):
         """How far the marker is off, in squares of the sigma: the noise follows, as a mean of logarithms, so

@@ -57,14 +57,16 @@ class Coasting:
         pose[2] = history[6]
         self._motion.carry(pose, time_h)
 
-    def measured(self, x, y, heading, passed_h, is_recent):
-        """A pose by a marker, passed_h after the last; is_recent: that is not too long for a speed."""
+    def measured(self, fix, passed_us, is_recent, is_told):
+        """A pose by a marker, a carrier.Fix, passed_us after the last; is_recent: that is not too long for a
+        speed; is_told: the scatter is known otherwise."""
         history = self._history
-        last_h = max(1, passed_h)
+        x, y = fix.x_mm10, fix.y_mm10
+        heading, last_h = fix.heading_cdeg, max(1, passed_us // 100)
         if self.known and is_recent:
             forward_h = history[3]
             turned = wrap_cdeg(heading - history[6])
-            if self.known > 1:
+            if self.known > 1 and not is_told:
                 # what was driven before, turned as the vehicle has turned since: straight lines and arcs
                 middle = turn16_from_cdeg(wrap_cdeg(heading - history[2]) // 2)
                 sin, cos = sin_q14(middle), cos_q14(middle)
@@ -85,6 +87,8 @@ class Coasting:
             self.known = 1
         history[4], history[5] = x, y
         history[6] = heading
+        if is_told:
+            return
         self.scatter_mm10 = max(self._noise[0].sigma(_FLOOR_MM10), self._noise[1].sigma(_FLOOR_MM10))
         self.scatter_cdeg = self._noise[2].sigma(_FLOOR_CDEG)
 

@@ -178,8 +178,7 @@ class Localizer:
         """The last measurement carried on becomes the prediction; sigma grows with the time since then."""
         coasting, last, gate = self._coasting, self._last, self._gate
         coasting.predict(self._guess, time_h)
-        sigma_mm10 = root_of_squares(last.scatter_mm10, last.certain_mm10)
-        sigma_cdeg = root_of_squares(last.scatter_cdeg, last.certain_cdeg)
+        sigma_mm10, sigma_cdeg = last.sigma_mm10, last.sigma_cdeg
         gate.open_for_time(sigma_mm10, sigma_cdeg, time_h, coasting.speed_mm_s if coasting.known < 2 else 0)
         self._tell_round(sigma_mm10 + coasting.grown_mm10(time_h), sigma_cdeg + coasting.grown_cdeg(time_h))
 
@@ -236,20 +235,22 @@ class Localizer:
         last.entry = self.entry = seen[3]
         last.moved = moved
         self.marker_id = self.map.ids[self.entry]
-        self._coasting.measured(
-            self.x_mm10, self.y_mm10, self.heading_cdeg, passed_us // 100, passed_us <= self.coast_us
-        )
+        first = measurements[seen[4]]
+        self._coasting.measured(last, passed_us, passed_us <= self.coast_us, self._is_told(first))
         self._weigh(measurements, used)
+        last.sigma_mm10 = root_of_squares(last.scatter_mm10, last.certain_mm10)
+        last.sigma_cdeg = root_of_squares(last.scatter_cdeg, last.certain_cdeg)
         self.carrier.fix(last)
-        self._tell_round(
-            root_of_squares(last.scatter_mm10, last.certain_mm10),
-            root_of_squares(last.scatter_cdeg, last.certain_cdeg),
-        )
+        self._tell_round(last.sigma_mm10, last.sigma_cdeg)
         if self.carried:
             self.way_mm = 0
         self.age_us = 0
         self.matching.forget()
         self.state = TRACKING
+
+    def _is_told(self, measurement):
+        """Whether the detection knows how sure it is: nobody needs to find out how its values scatter."""
+        return measurement.sigma_mm10 != NO_SIGMA and measurement.sigma_mdeg != NO_SIGMA
 
     def _weigh(self, measurements, used):
         """How sure the markers themselves are of a frame's place and heading, and how far calibration and map

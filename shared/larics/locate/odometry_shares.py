@@ -134,7 +134,11 @@ class OdometryShares:
         what was found against it."""
         self._noise_q4 = noise_q4
         if self._anchored:
-            driven_mm10 = length(fix.x_mm10 - self._x, fix.y_mm10 - self._y)
+            dx, dy = fix.x_mm10 - self._x, fix.y_mm10 - self._y
+            if fix.entry == self._entry and max(self._way, abs(dx), abs(dy)) < _WINDOW_MM10 >> 1:
+                if abs(self._turned) < _TURN_CDEG:
+                    return  # as nearly always
+            driven_mm10 = length(dx, dy)
             way_mm10 = max(self._way, driven_mm10)
             if way_mm10 >= (_WINDOW_MM10 if fix.entry == self._entry else _LEAST_MM10):
                 self._compare_way(fix, odometry, way_mm10, driven_mm10, loud_q4)

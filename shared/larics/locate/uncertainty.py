@@ -36,19 +36,37 @@ class Systematic:
         self._mount_cdeg = mount_cdeg
         self._camera_mm10 = camera_mm10
         self._lens_mm10 = lens_mm10
+        self._known_height_mm10 = self._known_map_mm10 = self._known_map_cdeg = -1
+        self._square_here = self._slope_q16 = (
+            0  # of an entry: the square of what does not depend on the distance
+        )
+        # to the marker, and what does, per distance
 
     def of_place(self, measurement, map_mm10=0, map_cdeg=0):
         """Of the place that a Measurement of an entry gives, along x and along y, 0.1 mm. map_mm10, map_cdeg:
         of this entry, 0 for the usual ones."""
+        if (
+            measurement.height_mm10 != self._known_height_mm10
+            or map_mm10 != self._known_map_mm10
+            or map_cdeg != self._known_map_cdeg
+        ):
+            self._know(measurement.height_mm10, map_mm10, map_cdeg)
         x, y = abs(measurement.offset_x_mm10), abs(measurement.offset_y_mm10)
         away = min(_FAR_MM10, max(x, y) + (min(x, y) >> 1))
-        above = min(2 * _FAR_MM10, max(1, measurement.height_mm10 - self._lens_mm10))
-        turned_cdeg = max(map_cdeg or self._map_cdeg, self._mount_cdeg)
-        square = self._square(map_mm10 or self._map_mm10) + self._square(self._camera_mm10)
-        square += self._square(above * self._tilt_cdeg // _CDEG_PER_RAD)
-        square += self._square(away // 100 * self._focal_ppm // 10000)
-        square += self._square(away * self._height_mm10 // above)
-        return isqrt(square + self._square(away * turned_cdeg // _CDEG_PER_RAD))
+        return isqrt(self._square_here + self._square((away >> 2) * self._slope_q16 + 8192 >> 14))
+
+    def _know(self, height_mm10, map_mm10, map_cdeg):
+        """Works out what holds for this height and entry."""
+        self._known_height_mm10, self._known_map_mm10 = height_mm10, map_mm10
+        self._known_map_cdeg = map_cdeg
+        above = min(2 * _FAR_MM10, max(1, height_mm10 - self._lens_mm10))
+        here = self._square(map_mm10 or self._map_mm10) + self._square(self._camera_mm10)
+        self._square_here = here + self._square(above * self._tilt_cdeg // _CDEG_PER_RAD)
+        focal_q16 = self._focal_ppm * 64 // 977
+        height_q16 = min(1 << 14, (self._height_mm10 << 16) // above)
+        turn_q16 = min(1 << 14, (max(map_cdeg or self._map_cdeg, self._mount_cdeg) << 16) // _CDEG_PER_RAD)
+        slope = focal_q16 * focal_q16 + height_q16 * height_q16 + turn_q16 * turn_q16
+        self._slope_q16 = isqrt(slope)
 
     def of_heading(self, map_cdeg=0):
         """Of the heading, 0.01 degrees."""
