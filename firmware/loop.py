@@ -125,7 +125,7 @@ class Loop:
         count = sensor.place(found)
         app.status.frame_done(count, sensor.rejected, detect_us)
         doubted = sensor.navigator is not None and sensor.navigator.pose.carrier.shares.doubted
-        if doubted:
+        if doubted or app.odometry.is_wild:
             app.faults.begin(m.FAULT_ODOMETRY)
         else:
             app.faults.end(m.FAULT_ODOMETRY)

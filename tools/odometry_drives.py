@@ -113,8 +113,9 @@ class Ceiling:
         return seen
 
 
-def drive(speed, rate, seed, use=True, seconds=40, noise=None, off=1.0, **options):
-    """[(state, error x mm, y mm, deg, sigma x mm, y mm, deg)] of each frame after the first marker."""
+def drive(speed, rate, seed, use=True, seconds=40, noise=None, off=1.0, distort=None, **options):
+    """[(state, error x mm, y mm, deg, sigma x mm, y mm, deg)] of each frame after the first marker, and the
+    localizer; distort: function of what odometry tells (x mm, y mm, radians), which makes it wrong."""
     found = path(speed, seconds, seed, **options)
     ceiling, wheels, frames = Ceiling(found, seed, off, noise), Wheels(), []
     localizer, last = ceiling.localizer, -1
@@ -124,7 +125,7 @@ def drive(speed, rate, seed, use=True, seconds=40, noise=None, off=1.0, **option
             continue
         last = at
         x, y, heading, *told = found[at]
-        wheels.set(*told)
+        wheels.set(*(distort(*told) if distort else told))
         seen = ceiling.see(x, y, heading)
         state = localizer.update(seen, len(seen), round(at * STEP_S * 1e6), wheels if use else None)
         if state != TRACKING and not frames:

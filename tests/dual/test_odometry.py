@@ -126,6 +126,25 @@ def test_what_comes_too_late_is_stale_but_200_ms_are_not():
     assert bench.counts() == (51, 0, 1, 0)
 
 
+def test_odometry_that_jumps_again_and_again_is_wild_until_it_goes_on():
+    bench = Bench()
+    bench.drive(30)
+    for k in range(4):  # micrometres for tenths of a millimetre
+        time_us = bench.start_us + (bench.told + k) * 20000
+        x, y, _ = bench.pose(time_us)
+        assert bench.odometry.is_wild == (k > 2)
+        bench.take(bench.message(time_us, x_mm10=100 * x + 9000 * k, y_mm10=100 * y), time_us)
+        assert bench.odometry.at(time_us - 5000) == m.MOTION_NONE
+    bench.told += 4
+    bench.drive(3)
+    assert bench.odometry.is_wild
+    bench.drive(20)
+    assert not bench.odometry.is_wild and bench.counts()[3] >= 4
+    bench.epoch = 9  # once is a reset
+    bench.drive(2)
+    assert not bench.odometry.is_wild
+
+
 def test_a_new_epoch_begins_anew():
     bench = Bench()
     last_us = bench.drive(30)

@@ -34,6 +34,10 @@ _FASTEST_MM10_S = const(200000)  # 20 m/s, and _TURN_CDEG_S (10 turns a second),
 _TURN_CDEG_S = const(360000)
 _SLACK_MM10 = const(500)
 _AHEAD_US = const(200000)  # for so long the last motion is carried on ...
+_JUMPY = const(4)  # a jump counts as much as so many good poses;
+_WILD = const(8)  # beyond this odometry is wild,
+_TAME = const(1)  # and below this no more
+_WILDEST = const(16)
 _BASE_US = const(10000)  # ... as it was over at least so long
 
 
@@ -48,6 +52,7 @@ class Odometry:
     age_us                          from the newest pose to that time, 0 when there is a later one
     epoch, flags                    of the newest message
     heard                           whether there was any message yet
+    is_wild                         whether it jumps again and again: a wrong unit, two vehicles on the line
 
     Counters, modulo 2**30: used, refused (twice, or out of order), stale, jumps.
     """
@@ -55,7 +60,8 @@ class Odometry:
     def __init__(self, ticks_us, line_us=0):
         self.clock = VehicleClock()
         self.used = self.refused = self.stale = self.jumps = 0
-        self.heard = False
+        self.heard = self.is_wild = False
+        self._jumpy = 0
         self.state = MOTION_NONE
         self.x_mm10 = self.y_mm10 = self.heading_cdeg = 0
         self.way_mm10 = self.turn_cdeg = self.age_us = 0
@@ -116,6 +122,9 @@ class Odometry:
         if self._count:
             self.jumps = (self.jumps + 1) & COUNT_MAX
         self._count = 0
+        self._jumpy = min(_WILDEST, self._jumpy + _JUMPY)
+        if self._jumpy > _WILD:
+            self.is_wild = True
 
     def _keep(self, time_us, x_mm10, y_mm10, heading_cdeg):
         newest = self._newest
@@ -135,6 +144,9 @@ class Odometry:
                 self._begin_anew()
                 driven_mm10 = turned_cdeg = 0
             way_mm10, turn_cdeg = later_us(way_mm10, driven_mm10), later_us(turn_cdeg, turned_cdeg)
+        self._jumpy = max(0, self._jumpy - 1)
+        if self._jumpy < _TAME:
+            self.is_wild = False
         newest = (newest + 1) % KEPT
         self._newest = newest
         self._count = min(KEPT, self._count + 1)
