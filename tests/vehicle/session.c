@@ -6,7 +6,7 @@
  *     ask NOW           prints the challenge in hexadecimal, "-" for none
  *     marker NOW        prints state, age, and ID, x, y of the target (0 without one)
  *     pose NOW          prints state, age, and ID, x, y
- *     search NOW        prints larics_may_search
+ *     search NOW        prints larics_may_search       by NOW          whether to drive by the last message
  *     follow HERE NEXT  chooses by route               noticed         prints counters as name=value
  */
 #include <inttypes.h>
@@ -105,6 +105,8 @@ int main(void)
             if (larics_pose_is_fresh(&camera, now) != (state == LARICS_GOOD)) abort();
             printf("%d %lu %d %ld %ld\n", state, (unsigned long)larics_pose_age_ms(&camera, now),
                    camera.pose.id, (long)camera.pose.x_mm10, (long)camera.pose.y_mm10);
+        } else if (!strcmp(word, "by")) {
+            printf("%d\n", larics_may_drive_by(&camera, &decoder.message, now));
         } else if (!strcmp(word, "search")) {
             printf("%d\n", larics_may_search(&camera, now));
         } else if (!strcmp(word, "follow")) {

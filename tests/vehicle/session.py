@@ -67,6 +67,10 @@ class Session:
     def may_search(self):
         return self._ask("search", self.now % 2**32) == "1"
 
+    def may_drive_by(self):
+        """Whether the last message may be driven by."""
+        return self._ask("by", self.now % 2**32) == "1"
+
     def challenge(self):
         """Bytes of the challenge that is due now, b"" for none."""
         return bytes.fromhex(self._ask("ask", self.now % 2**32).replace("-", ""))

@@ -177,6 +177,9 @@ def test_the_same_positions_on_the_route():
             if kind < 0.05:
                 reference.lose_sight()
                 ours.see(-1)
+            elif kind < 0.08:
+                expected = (reference.pass_by(), reference.position, reference.next_position())
+                assert ours.see(-2)[:3] == expected
             if kind > 0.3:
                 place = (place + draw.choice((1, 1, 1, 1, 1, 2, 3))) % len(ids)
             seen = ids[place] if kind > 0.1 else draw.choice((1, 2, 3, 9, 300))

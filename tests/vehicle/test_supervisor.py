@@ -394,7 +394,7 @@ def test_a_pose_whose_sigma_is_above_the_limit_or_unknown(program, field, state)
     with started(program, camera, most_sigma_mm10=200, most_sigma_cdeg=200) as session:
         for sigma, expected in ((200, "good"), (201, "imprecise"), (m.SIGMA_UNKNOWN, "imprecise")):
             session.later(camera.marker() + camera.pose(state=state, **{field: sigma}))
-            assert session.pose().state == expected
+            assert session.pose().state == expected and session.may_drive_by() == (expected == "good")
         assert session.marker().state == "good"  # it is the pose that is in doubt
     with started(program, camera := Stream(), most_sigma_mm10=65535, most_sigma_cdeg=65535) as session:
         session.later(camera.marker() + camera.pose(**{field: m.SIGMA_UNKNOWN}))
@@ -415,6 +415,9 @@ def test_a_pose_that_odometry_has_carried_too_long_or_too_far(program):
             carried = {"state": m.CARRIED, "marker_age_ms": age_ms, "way_mm": way_mm}
             session.later(camera.marker() + camera.pose(**carried))
             assert session.pose().state == expected, (age_ms, way_mm)
+            assert session.may_drive_by() == (expected == "good")
+            session.later(camera.pose(state=m.LOST, id=m.ID_NONE) if way_mm % 2 else camera.marker())
+            assert session.may_drive_by()  # that says nothing that is too old
         session.later(camera.marker() + camera.pose(state=m.CARRIED, marker_age_ms=2950))
         assert session.pose().state == "good"
         assert session.pose(session.now + 51).state == "strayed"  # and it goes on while nothing comes

@@ -10,7 +10,7 @@
  *
  *     larics_drive drive;
  *     larics_drive_init(&drive, NULL);
- *     each message that larics_supervise accepted:
+ *     each message that larics_supervise accepted and larics_may_drive_by allows:
  *         larics_drive_take(&drive, &message);
  *     every 20 ms or so:
  *         drive.is_held = !larics_may_search(&camera, now);

@@ -105,3 +105,14 @@ uint8_t larics_route_see(larics_route *route, uint16_t id)
     if (route->position < 0) return LARICS_ROUTE_AMBIGUOUS;
     return meaning(route, before, route->position, id);
 }
+
+uint8_t larics_route_pass_by(larics_route *route)
+{
+    int16_t following = larics_route_next(route);
+    if (following < 0) return LARICS_ROUTE_SAME;
+    advance(route, route->ids[following]);
+    route->position = following;
+    route->missed = 1;
+    route->last_id = -1;
+    return LARICS_ROUTE_MISSED;
+}

@@ -57,6 +57,10 @@ uint8_t larics_route_see(larics_route *route, uint16_t id);
 /* The last marker went out of view: its ID, when read again, is a new marker passed. */
 void larics_route_lose_sight(larics_route *route);
 
+/* The vehicle was at the place of the next marker and did not see it, by its odometry: it counts as passed. Returns
+ * LARICS_ROUTE_MISSED, or LARICS_ROUTE_SAME when there is no next one. */
+uint8_t larics_route_pass_by(larics_route *route);
+
 /* Index in the route of the marker to drive to; -1 at the end, or while the position is unknown. */
 int16_t larics_route_next(const larics_route *route);
 

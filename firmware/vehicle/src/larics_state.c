@@ -62,18 +62,29 @@ static int has_strayed(const larics_supervisor *camera, uint32_t now_ms)
     return camera->pose.way_mm > limits->most_way_mm;
 }
 
-uint8_t larics_pose_state(const larics_supervisor *camera, uint32_t now_ms)
+/* What is wrong with the pose by the limits that are its own, or LARICS_GOOD. */
+static uint8_t quality(const larics_supervisor *camera, uint32_t now_ms)
 {
     const larics_limits *limits = &camera->limits;
     const larics_pose *pose = &camera->pose;
-    uint32_t age = camera->pose_state == LARICS_LOST ? LARICS_NEVER : larics_pose_age_ms(camera, now_ms);
-    uint8_t state = state_of(camera, age, 0, now_ms);
-    if (state != LARICS_GOOD) return state;
     if (has_strayed(camera, now_ms)) return LARICS_STRAYED;
     if (pose->sigma_x_mm10 > limits->most_sigma_mm10 || pose->sigma_y_mm10 > limits->most_sigma_mm10 ||
         pose->sigma_cdeg > limits->most_sigma_cdeg)
         return LARICS_IMPRECISE;
     return LARICS_GOOD;
+}
+
+uint8_t larics_pose_state(const larics_supervisor *camera, uint32_t now_ms)
+{
+    uint32_t age = camera->pose_state == LARICS_LOST ? LARICS_NEVER : larics_pose_age_ms(camera, now_ms);
+    uint8_t state = state_of(camera, age, 0, now_ms);
+    return state == LARICS_GOOD ? quality(camera, now_ms) : state;
+}
+
+int larics_may_drive_by(const larics_supervisor *camera, const larics_message *message, uint32_t now_ms)
+{
+    if (message->type != LARICS_POSE || message->as.pose.state == LARICS_LOST) return 1;
+    return quality(camera, now_ms) == LARICS_GOOD;
 }
 
 int larics_marker_is_fresh(const larics_supervisor *camera, uint32_t now_ms)

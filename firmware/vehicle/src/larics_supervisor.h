@@ -152,6 +152,9 @@ int larics_pose_is_fresh(const larics_supervisor *camera, uint32_t now_ms);
 /* 1 when the camera is well, also when no marker is in sight: a search may go on. */
 int larics_may_search(const larics_supervisor *camera, uint32_t now_ms);
 
+/* 1 when a message that was just accepted may be driven by: all but a POSE that is LARICS_STRAYED or _IMPRECISE. */
+int larics_may_drive_by(const larics_supervisor *camera, const larics_message *message, uint32_t now_ms);
+
 /* 1 when the fields of a message from the camera contradict each other. */
 int larics_is_contradictory(const larics_message *message);
 

@@ -142,6 +142,6 @@ class CController:
         )
 
     def see(self, marker_id: int) -> tuple[int, ...]:
-        """(what it means, position, next position, missed); -1: out of sight, which means -1."""
+        """(what it means, position, next position, missed). -1: out of sight, means -1; -2: passed by."""
         self._library.controller_see(self._self, marker_id, self._seen)
         return tuple(self._seen)

@@ -59,13 +59,19 @@ size_t controller_odometry(controller *c, uint32_t now_us, uint8_t frame[LARICS_
     return larics_wheels_message(&c->wheels, now_us, &c->sequence, frame);
 }
 
+static int may_drive_by(controller *c, uint32_t now_ms)
+{
+    if (!c->is_supervised) return 1;
+    return larics_supervise(&c->camera, &c->decoder.message) &&
+           larics_may_drive_by(&c->camera, &c->decoder.message, now_ms);
+}
+
 void controller_receive(controller *c, const uint8_t *bytes, size_t count, uint32_t now_ms)
 {
     larics_begin_drain(&c->camera, now_ms);
     while (count--)
-        if (larics_decode(&c->decoder, *bytes++))
-            if (!c->is_supervised || larics_supervise(&c->camera, &c->decoder.message))
-                larics_drive_take(&c->drive, &c->decoder.message);
+        if (larics_decode(&c->decoder, *bytes++) && may_drive_by(c, now_ms))
+            larics_drive_take(&c->drive, &c->decoder.message);
 }
 
 size_t controller_ask(controller *c, uint32_t now_ms, uint8_t frame[LARICS_MAX_FRAME])
@@ -111,7 +117,9 @@ int controller_route(controller *c, const uint16_t *ids, uint16_t count, int16_t
 void controller_see(controller *c, int32_t id, int32_t told[4])
 {
     told[0] = -1;
-    if (id < 0)
+    if (id == -2)
+        told[0] = larics_route_pass_by(&c->route);
+    else if (id < 0)
         larics_route_lose_sight(&c->route);
     else
         told[0] = larics_route_see(&c->route, (uint16_t)id);

@@ -87,7 +87,7 @@ void loop() {
   larics_begin_drain(&camera, now);
   while (CAMERA.available()) {
     if (larics_decode(&decoder, (uint8_t)CAMERA.read()) && larics_supervise(&camera, &decoder.message) &&
-        is_wanted(&decoder.message)) {
+        larics_may_drive_by(&camera, &decoder.message, now) && is_wanted(&decoder.message)) {
       larics_drive_take(&drive, &decoder.message);
     }
   }

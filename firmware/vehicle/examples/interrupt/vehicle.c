@@ -64,7 +64,8 @@ void vehicle_turn(uint32_t now_ms)
     while (tail != head) {
         uint8_t byte = ring[tail];
         tail = (uint8_t)(tail + 1u);
-        if (larics_decode(&decoder, byte) && larics_supervise(&camera, &decoder.message))
+        if (larics_decode(&decoder, byte) && larics_supervise(&camera, &decoder.message) &&
+            larics_may_drive_by(&camera, &decoder.message, now_ms))
             larics_drive_take(&drive, &decoder.message);
     }
     size = larics_challenge(&camera, now_ms, &sequence, frame);
