@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from larics.detect.detector import Detector
+from larics.direct import robust_centre
 from larics.direct.robust_centre import RobustCentre
 from larics.kernels import layouts
 from larics.marker import LARICS3
@@ -58,6 +59,44 @@ def test_clean_rings_give_their_own_centre_and_perspective():
     assert x == pytest.approx(0.1 + 0.08 * 333 / 256, abs=0.004)
     assert y == pytest.approx(-0.06, abs=0.004)
     assert np.sqrt(robust.variance) / 1024 < 0.01
+
+
+class Steps:
+    """The kernels, with the steps of a fit counted."""
+
+    def __init__(self):
+        self.solved = 0
+
+    def __getattr__(self, name):
+        return getattr(robust_centre.kernels_before, name)
+
+    def solve_step(self, *arguments):
+        self.solved += 1
+        return robust_centre.kernels_before.solve_step(*arguments)
+
+
+def steps(monkeypatch, deviation, missing=0, noise=0.0):
+    """How many steps a fit takes whose harmonics left this mean deviation, and lack so many sectors."""
+    rings = np.array(rings_of(0.1, -0.06)) + np.random.default_rng(3).normal(0, noise, (2, 16))
+    made = Rings(*rings)
+    made.outer_means[:missing] = 0
+    made.outer = made.inner = [layouts.BIAS] * 5 + [deviation, 16, 16, 400]
+    monkeypatch.setattr(robust_centre, "kernels_before", robust_centre.kernels, raising=False)
+    with monkeypatch.context() as patch:
+        counted = Steps()
+        patch.setattr(robust_centre, "kernels", counted)
+        fitted(made)
+    return counted.solved
+
+
+def test_quiet_rings_take_few_steps(monkeypatch):
+    assert steps(monkeypatch, 32) == 2  # 5/4 of the rings' mean
+    assert steps(monkeypatch, 33) > 2
+    assert steps(monkeypatch, 32, missing=4) == 2
+    assert steps(monkeypatch, 32, missing=5) > 2
+    # and others no more than it takes until a step is small
+    assert steps(monkeypatch, 40) == 4
+    assert steps(monkeypatch, 40, noise=0.2) == 5
 
 
 @pytest.mark.parametrize(("sectors", "by", "most"), [(2, 0.6, 0.05), (3, -0.35, 0.08)])
@@ -170,11 +209,12 @@ def test_errors_are_as_large_as_the_detections_say(preset):
     assert 0.45 < np.mean(np.array(heading) < 1) < 0.92 and np.mean(np.array(heading) < 2) > 0.75
 
 
-def test_the_blur_model_reader_tells_its_sigma_too():
+@pytest.mark.parametrize("blurred", [{"blur_px": 10.0}, {"defocus_px": 3.5}])
+def test_the_blur_model_reader_tells_its_sigma_too(blurred):
     detector = Detector(360, 296, 25, 35, family=LARICS3)
     centre, heading = [], []
-    for index in range(24):
-        frame, (truth,) = render_frame("sunny", 71, index, blur_px=10.0)
+    for index in range(20):
+        frame, (truth,) = render_frame("sunny", 71, index, **blurred)
         for found in detector.detect(frame):
             error = np.array([found.x_q8 / 256 - truth.x_px, found.y_q8 / 256 - truth.y_px])
             if found.flags & FLAG_BLUR_MODEL and np.hypot(*error) < 3:

@@ -110,6 +110,13 @@ def uneven_depths(random):
             )
 
 
+def root(random):
+    for value in (0, 1, 2, 3, 4, 15, 16, 17, 32767**2 - 1, 32767**2, (1 << 30) - 1):
+        yield value, 0, 0
+    for _ in range(40):
+        yield random.below(1 << 30) >> random.below(28), 0, 0
+
+
 CASES = {
     "begin_robust": begin_robust,
     "weigh_sectors": weigh_sectors,
@@ -118,4 +125,5 @@ CASES = {
     "solve_step": solve_step,
     "variance_of": variance_of,
     "uneven_depths": uneven_depths,
+    "root": root,
 }

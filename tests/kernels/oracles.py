@@ -1078,6 +1078,10 @@ def likeliest_words(before, after, result):
     assert blank == sum(weight == BIAS for weight in before[3][:24])
 
 
+def root(before, after, result):
+    assert result == math.isqrt(before[0])
+
+
 # --- candidates for the blur-model reader
 
 
@@ -1127,6 +1131,7 @@ ORACLES = {
     "candidates": (remember, next_unseen),
     "cells": (hidden_cells,),
     "cell_words": (certain_word, likeliest_words),
+    "robust": (root,),
     "votes": (cast_votes, clear_cells, find_windows, rank_centres),
     "edges": (gradient_histogram, edge_threshold, steep_positions, thin_line_edges),
     "grey": (count_greys, take_sample),

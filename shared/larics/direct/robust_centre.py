@@ -16,6 +16,9 @@ from larics.kernels import robust as kernels
 _LEAST = const(14)  # sectors of both rings
 _ROUNDS = const(4)
 _CAREFUL = const(2)  # of them, before outliers are left out
+_NEARLY_ALL = const(28)  # sectors
+_QUIET = const(40)  # mean deviation, 1/1024 px
+_SETTLED = const(64)  # a later step moves a parameter by no more: 1/16384 px
 _PRIOR_Q10 = const(31)  # of half the difference of the centres, at 30 px of radius; grows with its square
 _RATIO_SQUARE = const(23716)  # of the inner radius: (154 / 1024 px) ** 2
 _SHARE_MOST = const(4095)  # of a sector's variance
@@ -54,11 +57,14 @@ class RobustCentre:
         work = self.work
         pose = rings.fit
         ratio = pose[_FIT_INNER_Q10]
-        if kernels.begin_robust(work, pose, rings.outer_means, rings.inner_means) < _LEAST:
+        seen = kernels.begin_robust(work, pose, rings.outer_means, rings.inner_means)
+        if seen < _LEAST:
             return False
         prior = _PRIOR_Q10 * (rings.radius_q8 >> 4) // 480
         prior = max(2, prior * (rings.radius_q8 >> 4) // 480) >> 1
-        for turn in range(_ROUNDS):
+        # where nearly all sectors lie close to the harmonics, one step from there will do before the last one
+        quiet = seen >= _NEARLY_ALL and deviation <= _QUIET
+        for turn in range(_CAREFUL if quiet else 0, _ROUNDS):
             kind = 0 if turn == 0 else 1 if turn < _CAREFUL else 2
             if kernels.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, ratio, kind) < 64 * _LEAST >> 1:
                 return False
@@ -69,7 +75,9 @@ class RobustCentre:
             kernels.normal_equations(work, 0, 0, ratio, ratio_weight, apart)
             if not kernels.factor_matrix(0, 0, 0, work):
                 return False
-            kernels.solve_step(0, 0, 0, work)
+            moved = kernels.solve_step(0, 0, 0, work)
+            if turn >= _CAREFUL and (quiet or moved <= _SETTLED):
+                break
         return self._finish(work, pose, prior, ratio, ratio_weight)
 
     def _finish(self, work, pose, prior, ratio, ratio_weight):

@@ -10,7 +10,6 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith import tables
-from larics.arith.fixed import isqrt
 from larics.kernels import robust as kernels
 
 _SAMPLING = const(150)  # (1/1024 px) ** 2 of the sectors' spread: of sampling, which evens out over the rings
@@ -37,12 +36,12 @@ def centre_variance(robust, rings, lines):
 
 def sigma_q12(variance):
     """Standard deviation of a centre of that variance, 1/4096 px, 1..4096."""
-    return max(1, isqrt(variance << 4))
+    return max(1, kernels.root(variance << 4, 0, 0))
 
 
 def sigma_mdeg(variance, lines, radius_q8):
     """Standard deviation of the heading, 0.001 degrees, at least 3: the line's own, and the centre's."""
     distance = min(lines.line[_CROSSING_DISTANCE], 1024)
     square = distance * distance * 7 // (4 * max(2, lines.line[_CROSSING_COUNTED])) + variance * 23 // 16
-    turned = min(16000, isqrt(min(square, _MOST) << 8) * _HEADING // radius_q8)
-    return isqrt(turned * turned + _HEADING_LEAST) * 10 >> 4
+    turned = min(16000, kernels.root(min(square, _MOST) << 8, 0, 0) * _HEADING // radius_q8)
+    return kernels.root(turned * turned + _HEADING_LEAST, 0, 0) * 10 >> 4

@@ -478,3 +478,20 @@ def uneven_depths(
     if pairs < 1:
         pairs = 1
     return ((uneven * _UNEVEN) >> 14) + (rough // pairs) // _ROUGH
+
+
+@micropython.viper
+def root(value: int, bit: int, found: int) -> int:
+    """Floor of the square root of 0 <= value < 2**30."""
+    found = 0
+    bit = 268435456
+    while bit > value:
+        bit = bit >> 2
+    while bit > 0:
+        if value >= found + bit:
+            value -= found + bit
+            found = (found >> 1) + bit
+        else:
+            found = found >> 1
+        bit = bit >> 2
+    return found
