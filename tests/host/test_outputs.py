@@ -69,7 +69,9 @@ def test_a_log_without_room_keeps_whole_messages(run_bin, tmp_path, size):
     assert [json.loads(line)["frame"] for line in (tmp_path / "out.jsonl").read_text().splitlines()] == list(
         range(count)
     )
-    assert abs(sum(1 for _ in read_pieces(tmp_path / "out.mcap")) - count) <= count
+    if size >= 20000:  # there is room for the one chunk of the bag, or for nothing of it
+        found = list(read_pieces(tmp_path / "out.mcap"))
+        assert found and found == list(read_pieces(tmp_path / "out.jsonl"))[: len(found)]
 
 
 def test_a_bag_without_any_room_leaves_nothing(run_bin, tmp_path):
@@ -86,13 +88,13 @@ from larics_host.files import CannotWrite
 from larics_host.logs.mcap_log import McapLog
 
 log, draw = McapLog(sys.argv[1], 0), random.Random(1)  # what zstd cannot make small
-resource.setrlimit(resource.RLIMIT_FSIZE, (40000, 60000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (160000, 300000))
 try:
     for k in range(2000):
         log.write(message_of(m.RAW_CHUNK, k, (1, k, draw.randbytes(64)), k / 1000))
 except CannotWrite as error:
     print(error)
-resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (300000, 300000))
 log.close()  # there is room again, too late
 """
 
@@ -104,8 +106,8 @@ def test_a_bag_of_which_a_chunk_had_no_room_gets_no_index(tmp_path, capsys):
     )
     assert result.returncode == 0 and "cannot write %s: File too large" % path in result.stdout
     whole = path.read_bytes()
-    assert 20000 < len(whole) <= 40000 and not whole.endswith(b"\x89MCAP0\r\n")
-    assert 150 < sum(1 for _ in read_pieces(path)) < 600
+    assert 100000 < len(whole) <= 160000 and not whole.endswith(b"\x89MCAP0\r\n")
+    assert 800 < sum(1 for _ in read_pieces(path)) < 2000
     assert "was cut off" in capsys.readouterr().err
 
 

@@ -210,22 +210,22 @@ def test_what_a_killed_log_had_not_yet_in_its_bag_is_made_again_of_its_lines(tmp
     with PtyPair() as cable:
         process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "run"), "--mcap")
         wait_for_lines(tmp_path / "run.csv", 1)
-        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(100)]))
-        wait_for_lines(tmp_path / "run.csv", 101)
-        wait_for_lines(tmp_path / "run.jsonl", 100)
+        write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(200)]))
+        wait_for_lines(tmp_path / "run.csv", 201)
+        wait_for_lines(tmp_path / "run.jsonl", 200)
         process.kill()
         process.communicate(timeout=PATIENCE_S)
     lines = list(read_pieces(tmp_path / "run.jsonl"))
-    assert len(lines) == 100
+    assert len(lines) == 200
     left = list(read_pieces(tmp_path / "run.mcap"))  # its complete chunks
-    assert 30 < len(left) < 100 and left == lines[: len(left)]
+    assert 30 < len(left) < 200 and left == lines[: len(left)]
     assert "was cut off" in capsys.readouterr().err
     again = str(tmp_path / "again")
     assert cli.main(["log", "--convert", str(tmp_path / "run.jsonl"), "-o", again, "--mcap"]) == 0
     assert list(read_pieces(tmp_path / "again.mcap")) == lines
     assert (tmp_path / "again.jsonl").read_bytes() == (tmp_path / "run.jsonl").read_bytes()
     (tmp_path / "cut.jsonl").write_text((tmp_path / "run.jsonl").read_text()[:-9])
-    assert len(list(read_pieces(tmp_path / "cut.jsonl"))) == 99
+    assert len(list(read_pieces(tmp_path / "cut.jsonl"))) == 199
 
 
 def test_a_port_that_returns(tmp_path):

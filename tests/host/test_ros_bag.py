@@ -111,9 +111,9 @@ def test_a_bag_is_as_rosbag2_writes_it(bag):
         (metadata,) = reader.iter_metadata()
         assert metadata.name == "rosbag2"
         assert yaml.safe_load(metadata.metadata["serialized_metadata"]) == information
-    assert len(summary.chunk_indexes) > 5
+    assert len(summary.chunk_indexes) > 2
     assert {chunk.compression for chunk in summary.chunk_indexes} == {"zstd"}
-    assert sorted(chunk.uncompressed_size for chunk in summary.chunk_indexes)[-2] < 40000  # but the picture's
+    assert sorted(chunk.uncompressed_size for chunk in summary.chunk_indexes)[-2] < 80000  # but the picture's
     assert summary.chunk_indexes[0].message_index_offsets  # older readers look there alone
     topics = {one["topic_metadata"]["name"]: one for one in information["topics_with_message_count"]}
     for channel in summary.channels.values():

@@ -96,7 +96,8 @@ class Camera:
         self._times = FrameTimes()
         self._source: Any = None
         self._client: Client | None = None
-        self._start_ns: int | None = None
+        self._start_ns: int | None = None  # wall clock at time_s 0 of a log
+        self._dated = True  # whether the time of day is known
         self._start_s = self._heard_s = 0.0
         self._ended = False
 
@@ -109,10 +110,11 @@ class Camera:
             if os.path.isfile(self.name) and not is_address(self.name):
                 next(read_pieces(self.name))  # what cannot be read is told at once
                 self._start_ns = start_of(self.name)
+                self._dated = self._start_ns is not None
                 self._source = LogSource(self.name, self._speed)
             else:
                 self._source = open_line(self.name, self._baud, _POLL_S)
-                self._start_ns = time.time_ns()
+                self._dated = True
                 if self._reconnect:
                     self._source = ReconnectingSource(self._source, _LOG.warning)
             self._start_s = self._heard_s = time.monotonic()
@@ -205,11 +207,13 @@ class Camera:
         return self._client
 
     def _arrived(self, number, sequence, values):
-        now_s = time.monotonic()
-        self._heard_s = now_s
-        time_s = now_s - self._start_s if self._source.live else self._source.time_s
+        self._heard_s = time.monotonic()
+        if self._source.live:
+            time_s, received_ns = self._heard_s - self._start_s, time.time_ns()
+        else:
+            time_s = self._source.time_s
+            received_ns = round(time_s * 1e9) + (self._start_ns or 0)
         message = message_of(number, sequence, values, time_s)
-        received_ns = round(time_s * 1e9) + (self._start_ns or 0)
         told_ns = self._times.of(message.fields, received_ns)
         item = item_of(
             message.fields, message.name, self._time(told_ns), time_s - (received_ns - told_ns) / 1e9
@@ -222,7 +226,7 @@ class Camera:
         self._items.append(item)
 
     def _time(self, ns):
-        if self._start_ns is None:
+        if not self._dated:
             return None
         return datetime.fromtimestamp(0, UTC) + timedelta(microseconds=ns // 1000)
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from larics_host.annotations import StrPath
     from larics_host.ros.topics import Output
 
-_CHUNK_BYTES = 16384  # a quarter of a second at 60 frames/s
+_CHUNK_BYTES = 65536  # one second at 60 frames/s
 _VERSION = 8  # of metadata.yaml
 
 
