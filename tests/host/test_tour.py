@@ -14,7 +14,8 @@ COMMANDS = [text for kind, text in re.findall(r"^```(\w*)\n(.*?)^```$", TOUR, re
 LEFT = {
     "tour/drive/truth.csv", "tour/clip.bin", "marker3.pdf", "markers.pdf", "drawn", "detections.jsonl",
     "harsh/scene.json", "curve/truth.csv", "pushed/score.json", "report.html", "before.json", "run.csv",
-    "run.mcap", "calibrated.json", "fit.png", "hall.json", "hall.png", "seen/messages.jsonl", "bag/metadata.yaml",
+    "run.mcap", "calibrated.json", "fit.png", "hall.json", "hall.png", "seen/messages.jsonl",
+    "bag/metadata.yaml",
 }  # fmt: skip
 
 
