@@ -11,6 +11,7 @@ import threading
 import pytest
 
 from larics.wire import messages as m
+from larics_host import local_server
 from larics_host.monitor import web
 from larics_host.monitor.session import Session
 from larics_host.monitor.state import MonitorState
@@ -105,7 +106,7 @@ SECOND = b"POST /frame HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 0\r\n\r\n"
 def test_no_body_is_taken_for_a_second_request(server, first, body, code):
     answer = exchange(server, first % body + SECOND)
     assert statuses(answer)[:1] in ([code], [])  # none when the answer was overtaken by the end
-    assert len(statuses(answer)) <= 1 and server.session.asked == 0
+    assert len(statuses(answer)) <= 1 and server.content.asked == 0
 
 
 def test_a_refusal_reaches_who_sent_a_large_body(server):
@@ -155,7 +156,7 @@ def test_origin_must_equal_a_host_that_is_this_computer(server, host, origin, co
     head += "" if host is None else "Host: %s\r\n" % host.format(**ports)
     head += "" if origin is None else "Origin: %s\r\n" % origin.format(**ports)
     answer = exchange(server, head.encode() + b"Connection: close\r\n\r\n")
-    assert statuses(answer) == [code] and server.session.asked == (code == 202)
+    assert statuses(answer) == [code] and server.content.asked == (code == 202)
 
 
 @pytest.mark.parametrize(
@@ -168,7 +169,7 @@ def test_origin_must_equal_a_host_that_is_this_computer(server, host, origin, co
     ],
 )
 def test_who_is_slow_is_cut_off_however_it_drips(server, monkeypatch, head):
-    monkeypatch.setattr(web, "_TIMEOUT_S", 0.3)
+    monkeypatch.setattr(local_server, "_TIMEOUT_S", 0.3)
     with connect(server) as link:
         link.sendall(head)
         stop = threading.Event()
@@ -190,8 +191,8 @@ def test_who_is_slow_is_cut_off_however_it_drips(server, monkeypatch, head):
 
 
 def test_connections_are_capped_and_come_free_again(server, monkeypatch):
-    monkeypatch.setattr(web, "_TIMEOUT_S", 60)
-    links = [connect(server) for _ in range(web._CONNECTIONS)]
+    monkeypatch.setattr(local_server, "_TIMEOUT_S", 60)
+    links = [connect(server) for _ in range(local_server.CONNECTIONS)]
     for link in links:  # each has a thread of its own as soon as it is answered
         link.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
         assert link.recv(12) == b"HTTP/1.1 200"
@@ -211,14 +212,14 @@ def test_a_browser_that_goes_away_leaves_no_trace(server, capfd):
                 assert link.recv(12) == b"HTTP/1.1 200"
             link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closes by a reset
     # all threads have ended when all places are free
-    for _ in range(web._CONNECTIONS):
+    for _ in range(local_server.CONNECTIONS):
         assert server._free.acquire(timeout=10)
     out, err = capfd.readouterr()
     assert (out, err) == ("", "")
 
 
 def test_a_fault_of_our_own_is_one_line(server, capfd):
-    server.session.fetch_raw = lambda: 1 // 0
+    server.content.fetch_raw = lambda: 1 // 0
     exchange(server, b"POST /frame HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     err = capfd.readouterr().err
     assert err.count("\n") == 1 and "could not answer a request: ZeroDivisionError" in err
@@ -226,7 +227,7 @@ def test_a_fault_of_our_own_is_one_line(server, capfd):
 
 def test_events_go_on_over_many_pages(server):
     links = [connect(server) for _ in range(4)]
-    server.session.start()
+    server.content.start()
     for link in links:
         link.sendall(b"GET /events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     for link in links:
@@ -236,4 +237,4 @@ def test_events_go_on_over_many_pages(server):
         assert json.loads(line.removeprefix(b"data: "))["source"] == "camera"
         file.close()
         link.close()
-    server.session.stop()
+    server.content.stop()

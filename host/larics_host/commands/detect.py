@@ -6,12 +6,14 @@ import argparse
 import json
 import statistics
 import sys
+import time
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 from larics_host.detection import options as detection_options
 from larics_host.errors import UserError, report
+from larics_host.local_server import DEFAULT_PORT, PERIOD_S
 from larics_host.wording import counted
 
 NAME = "detect"
@@ -20,6 +22,7 @@ EXAMPLE = """
 larics detect frame.png
 larics detect recorded/ --radius-px 25:35 --draw drawn/
 larics detect clip.bin --json > detections.jsonl
+larics detect http://192.168.0.20:8080/stream --web     # a camera, live; prints the address of a page
 """
 
 EXIT_BAD_SOURCE = 2
@@ -31,12 +34,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "frames",
         metavar="FRAME",
         nargs="+",
-        help=".pgm .png .jpg, a folder of them, a video file, or an OpenMV ImageIO .bin stream",
+        help=".pgm .png .jpg, a folder of them, a video file, an OpenMV ImageIO .bin stream, an address that "
+        "fsspec opens, or a camera: /dev/video0, http://, rtsp://",
     )
     detection_options.add_arguments(parser)
     detection_options.add_jobs(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object a frame on standard output")
     parser.add_argument("--draw", metavar="DIR", help="write each frame as PNG with its detections drawn in")
+    parser.add_argument(
+        "--web",
+        metavar="PORT",
+        nargs="?",
+        type=int,
+        const=DEFAULT_PORT,
+        help="show the newest frame with its detections on a page of this computer only (%d)" % DEFAULT_PORT,
+    )
 
 
 class _Drawings:
@@ -123,20 +135,82 @@ def _summary(frames, with_marker, ids, skipped, times_ms):
     return "; ".join(parts)
 
 
+def _live(args):
+    """The camera that is to be looked at, None when there are files."""
+    from larics_host.images.live import is_live
+
+    if args.web is not None and not 0 <= args.web <= 65535:
+        raise UserError("--web %d: give a port from 0 (any free one) to 65535" % args.web)
+    if not any(map(is_live, args.frames)):
+        return None
+    if len(args.frames) > 1:
+        raise UserError("one camera at a time, and no files beside it")
+    return args.frames[0]
+
+
+class _View:
+    """The page of --web, or nothing."""
+
+    def __init__(self, args):
+        self.on = args.web is not None
+        self._stopped = False
+        if self.on:
+            from larics_host.detection.live_page import LiveView, serve
+
+            self._view = LiveView(", ".join(args.frames))
+            self._server = serve(self._view, args.web)
+            address = "http://127.0.0.1:%d/  (Ctrl-C ends)" % self._server.server_port
+            print(address, file=sys.stderr if args.json else sys.stdout, flush=True)
+
+    def until_stopped(self, results, live):
+        """Ctrl-C ends a live picture or a page, and what was found is told; otherwise it interrupts."""
+        try:
+            yield from results
+        except KeyboardInterrupt:
+            if not live and not self.on:
+                raise
+            self._stopped = True
+
+    def show(self, result):
+        if self.on:
+            self._view.show(result.name, result.frame, result.found)
+
+    def close(self, text):
+        """The page stays until Ctrl-C."""
+        if not self.on:
+            return
+        from larics_host.connection.byte_sources import stop_on_signals
+
+        self._view.end(text)
+        sys.stdout.flush()
+        with stop_on_signals(live=True) as stopped:
+            while not (self._stopped or stopped()):
+                time.sleep(PERIOD_S)
+        self._server.shutdown()
+        self._server.server_close()
+
+
 def run(args: argparse.Namespace) -> int:
     from larics_host.detection import batch
+    from larics_host.images.live import live_frames
     from larics_host.progress import watched
 
     options = detection_options.from_args(args)
     drawings = _Drawings(args.draw) if args.draw else None
     errors = _Errors()
-    total, width = batch.count_frames(args.frames)
+    live = _live(args)
+    total, width = (None, len(live) + 8) if live else batch.count_frames(args.frames)
     table = None
     frames = with_marker = skipped = 0
     ids: Counter[Any] = Counter()
     times_ms = []
-    results = batch.detect_all(args.frames, options, args.jobs, keep_frames=bool(drawings))
-    for result in watched(results, total):
+    if live:
+        results = batch.detect_live(live_frames(live), options)
+    else:
+        keep = bool(drawings) or args.web is not None
+        results = batch.detect_all(args.frames, options, args.jobs, keep_frames=keep)
+    view = _View(args)
+    for result in view.until_stopped(watched(results, total), live):
         name, found = result.name, result.found
         if found is None:
             errors.report(result)
@@ -150,6 +224,7 @@ def run(args: argparse.Namespace) -> int:
             table.frame(name, found)
         if drawings:
             drawings.write(name, result.frame, found)
+        view.show(result)
         frames += 1
         with_marker += bool(found)
         ids.update(one["id"] for one in found)
@@ -158,4 +233,5 @@ def run(args: argparse.Namespace) -> int:
     if frames or skipped:
         line = _summary(frames, with_marker, ids, skipped, times_ms)
         print(line, file=sys.stderr if args.json else sys.stdout)
+    view.close(line if frames or skipped else "no frame")
     return EXIT_BAD_SOURCE if errors.any else 0

@@ -7,6 +7,7 @@ import sys
 import time
 
 from larics_host.errors import UserError
+from larics_host.local_server import DEFAULT_PORT
 
 NAME = "monitor"
 HELP = "watch a camera or a recorded log, in the terminal or on a local web page"
@@ -17,7 +18,6 @@ larics monitor --input run.jsonl --speed 2
 """
 
 _REFRESH_S = 0.1
-_DEFAULT_WEB_PORT = 8731
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PORT",
         nargs="?",
         type=int,
-        const=_DEFAULT_WEB_PORT,
-        help="serve a page at this port of this computer only (%d)" % _DEFAULT_WEB_PORT,
+        const=DEFAULT_PORT,
+        help="serve a page at this port of this computer only (%d)" % DEFAULT_PORT,
     )
     parser.add_argument("--seconds", metavar="N", type=float, help="stop after N seconds")
 

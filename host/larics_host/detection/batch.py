@@ -200,6 +200,13 @@ def detect_all(
     yield from errors
 
 
+def detect_live(frames: Iterable[tuple[str, np.ndarray]], options: DetectionOptions) -> Iterator[Result]:
+    """Yields a Result, with its frame, for each (name, frame) as it comes."""
+    work = _Work(options, True)
+    for name, frame in frames:
+        yield work.detect(name, frame)
+
+
 def _serial(blocks, options, keep_frames):
     work = _Work(options, keep_frames)
     for block in blocks:

@@ -1,0 +1,85 @@
+"""Frames of a camera as they come: a V4L2 device, an MJPEG or RTSP address. The newest one wins.
+
+`larics camera` is the sensor with all that belongs to it; this is for a look, and ends with its source.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+
+from larics_host.errors import UserError
+from larics_host.images.frame_sources import EXTENSIONS
+
+_SCHEMES = ("http://", "https://", "rtsp://", "rtsps://")
+_TIMEOUT_MS = 3000
+
+
+def is_live(text: str) -> bool:
+    """Whether a name stands for a camera: a device, or an address that is not that of a file of frames."""
+    if text.startswith("/dev/video"):
+        return True
+    return text.startswith(_SCHEMES) and not text.lower().partition("?")[0].endswith(EXTENSIONS)
+
+
+class _Newest:
+    """A thread that fetches; `take` waits for a frame that was not taken yet."""
+
+    def __init__(self, capture):
+        self._capture = capture
+        self._changed = threading.Condition()
+        self._frame = None
+        self._ended = False
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self):
+        while not self._ended:
+            good, frame = self._capture.read()
+            with self._changed:
+                self._ended |= not good
+                self._frame = frame if good else self._frame
+                self._changed.notify_all()
+        self._capture.release()
+
+    def take(self):
+        """The frame, or None when no more comes."""
+        with self._changed:
+            while self._frame is None and not self._ended:
+                self._changed.wait(0.1)  # Ctrl-C comes through
+            frame, self._frame = self._frame, None
+        return frame
+
+    def end(self):
+        with self._changed:
+            self._ended = True
+
+
+def live_frames(name: str) -> Iterator[tuple[str, np.ndarray]]:
+    """Yields (name#number, grey frame) until the source ends. UserError when it cannot be opened."""
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
+    import cv2
+
+    if name.startswith("/dev/"):
+        if not os.path.exists(name):
+            raise UserError("there is no %s: is the camera plugged in?" % name)
+        capture = cv2.VideoCapture(name, cv2.CAP_V4L2)
+    else:
+        limits = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, _TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, _TIMEOUT_MS]
+        capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG, limits)
+    if not capture.isOpened():
+        raise UserError("%s cannot be opened: busy, or no camera" % name)
+    newest = _Newest(capture)
+    number = 0
+    try:
+        while (image := newest.take()) is not None:
+            grey = np.asarray(image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
+            yield "%s#%d" % (name, number), grey
+            number += 1
+    finally:
+        newest.end()
+    if not number:
+        raise UserError("%s delivers no frame" % name)
