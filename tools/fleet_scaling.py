@@ -63,11 +63,10 @@ def memory_mib(process):
     return 0.0
 
 
-def timed(work, scheduler, workers):
-    """(seconds, answers) of engine.run; the workers have loaded everything before."""
+def timed(work, scheduler, workers=1):
+    """(seconds, answers) of engine.run, when all that takes part has loaded and compiled what it needs."""
     function, tasks = work
-    warm = list(engine.run(function, tasks[: 2 * workers], scheduler=scheduler)) if scheduler else None
-    del warm
+    list(engine.run(function, tasks[: 2 * workers], scheduler=scheduler))
     start_s = time.perf_counter()
     answers = list(engine.run(function, tasks, scheduler=scheduler))
     return time.perf_counter() - start_s, answers
@@ -115,7 +114,7 @@ def frame_work(folder, frames):
 
 
 def report(what, unit, count, work, result, folder):
-    here_s, answers = timed(work, None, 1)
+    here_s, answers = timed(work, None)
     wanted = result(answers)
     print("%s: here, one process %.2f s, %.3g %s/s" % (what, here_s, count / here_s, unit))
     one_s = None

@@ -60,17 +60,17 @@ class LocalHandler(BaseHTTPRequestHandler):
 
     protocol_version = "HTTP/1.1"
 
-    def setup(self):
+    def setup(self) -> None:
         super().setup()
         self.rfile.close()
         self._reader = _TimedReader(self.connection)
         self.rfile = io.BufferedReader(self._reader)
 
-    def handle_one_request(self):
+    def handle_one_request(self) -> None:
         self._reader.begin()
         super().handle_one_request()
 
-    def log_message(self, *_):
+    def log_message(self, *_: Any) -> None:
         """Nobody wants a line for each request."""
 
     @property

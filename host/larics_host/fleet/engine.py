@@ -27,7 +27,7 @@ Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
 _AHEAD = 4  # tasks a worker that are under way or done before their turn
-_CONNECT_S = 10
+_CONNECT_S = 20
 _RETRIES = 3  # of a task whose worker died
 _POLL_S = 0.01
 _PATIENCE_S = 20  # without a worker, until that is told
