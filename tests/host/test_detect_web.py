@@ -48,20 +48,23 @@ def get(port, path, host=None):
     return answer.status, body
 
 
-def newest(port):
-    """What the page is told first."""
+def told(port, condition):
+    """The first that the page is told for which the condition holds."""
     link = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
-    link.request("GET", "/events", headers={"Host": "127.0.0.1:%d" % port})
-    answer = link.getresponse()
-    line = answer.readline()
-    link.close()
-    return json.loads(line.decode().partition("data: ")[2])
+    with contextlib.closing(link):
+        link.request("GET", "/events", headers={"Host": "127.0.0.1:%d" % port})
+        answer = link.getresponse()
+        while line := answer.readline():
+            if line.startswith(b"data: "):
+                value = json.loads(line[len(b"data: ") :])
+                if condition(value):
+                    return value
+    raise AssertionError("never told")
 
 
 def test_a_camera_is_watched_on_a_page_until_it_is_ended(tmp_path):
     with mjpeg_server() as server, detecting(tmp_path, server.address, *RADII) as (process, port):
-        wait_until(lambda: newest(port)["number"] > 5)
-        now = newest(port)
+        now = told(port, lambda value: value["number"] > 5 and value["detections"])
         assert now["detections"][0]["id"] in {4, 1, 6} and now["source"] == server.address
         code, body = get(port, "/frame.jpg")
         image = cv2.imdecode(np.frombuffer(body, np.uint8), cv2.IMREAD_COLOR)
@@ -76,8 +79,7 @@ def test_a_camera_is_watched_on_a_page_until_it_is_ended(tmp_path):
 def test_the_page_of_a_video_shows_its_last_frame_and_that_it_ended(tmp_path):
     frames = [str(ROOT / "tests/frames" / name) for name in NAMES]
     with detecting(tmp_path, *frames, *RADII) as (process, port):
-        wait_until(lambda: newest(port)["ended"])
-        now = newest(port)
+        now = told(port, lambda value: value["ended"])
         assert now["number"] == 3 and now["ended"].startswith("3 frames; 3 with a marker")
         process.send_signal(signal.SIGTERM)
         assert process.wait(PATIENCE_S) == 0
