@@ -118,4 +118,5 @@ def fail(text):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    code = main(sys.argv[1:])
+    os._exit(code)  # a thread that hangs in OpenCV would abort an interpreter that ends in order

@@ -33,7 +33,8 @@ class _Newest:
         self._changed = threading.Condition()
         self._frame = None
         self._ended = False
-        threading.Thread(target=self._run, daemon=True).start()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
 
     def _run(self):
         while not self._ended:
@@ -53,8 +54,10 @@ class _Newest:
         return frame
 
     def end(self):
+        """Waits for the read under way: a thread within OpenCV aborts an interpreter that ends."""
         with self._changed:
             self._ended = True
+        self._thread.join(_TIMEOUT_MS / 1000 + 1)
 
 
 def live_frames(name: str) -> Iterator[tuple[str, np.ndarray]]:
