@@ -5,15 +5,19 @@ settings instead, and reported.
 """
 
 import gc
+import sys
 
 from larics.device.sensor import Sensor
 from larics.settings import Settings
 from larics.settings.fields import DETECTOR, EXPOSURE, LOCATOR, NAVIGATOR
 from larics.wire import messages as m
 
-_REBUILDING = 2048  # bytes between collections: what building leaves would cut up a small heap
-_LARGE_HEAP = 2 << 20
+_SMALL_HEAP = 512 << 10
+_REBUILDING = 16384  # bytes between collections there: what building leaves would cut it up
 _TWO_DETECTORS = 1 << 20  # heap in which two fit beside the program
+_WITH_SECOND_OPINION = 160 << 10  # free bytes without which its code is not even loaded there: once loaded,
+# MicroPython never frees native code
+_RESERVE = 10240  # what a detector leaves to the rest of the program there: commands, settings, a map
 
 
 def _heap_bytes():
@@ -22,13 +26,23 @@ def _heap_bytes():
 
 
 def _collect_often():
-    """Lets MicroPython collect a heap that is not large after few bytes; returns what to give to
-    `gc.threshold` afterwards, None where nothing was changed."""
-    if _heap_bytes() >= _LARGE_HEAP:
+    """Lets MicroPython collect a small heap after few bytes; returns what to give to `gc.threshold`
+    afterwards, None where nothing was changed."""
+    if _heap_bytes() >= _SMALL_HEAP:
         return None
     before = gc.threshold()
     gc.threshold(_REBUILDING)
     return before
+
+
+def _reserve():
+    """Memory that the detector about to be made cannot have, where there is little."""
+    if _heap_bytes() >= _TWO_DETECTORS:
+        return None
+    try:
+        return bytearray(_RESERVE)
+    except MemoryError:  # cut up: the detector before has left no more, either
+        return None
 
 
 class Parts:
@@ -47,19 +61,19 @@ class Parts:
         self.sensor = Sensor(settings, (camera.width or settings.width, camera.height or settings.height))
         self.sensor.detector = detector
         self.exposure = None
+        self._reduced = False  # whether the detector has no second opinion for want of memory
         if detector is None:
-            self.restore(DETECTOR)
+            self.restore(DETECTOR, leaves_reserve=True)  # most of the program is not there yet
         self.restore(LOCATOR | NAVIGATOR)
         self._rebuild_exposure()
 
-    def rebuild(self, parts):
+    def rebuild(self, parts, leaves_reserve=True):
         """Makes those anew that are among `parts`: a sum of the parts of larics.settings.fields.
 
         False when there is no memory for one of them; then `restore` must follow."""
         try:
             if parts & DETECTOR:
-                self._rebuild_detector()
-                self._faults.end(m.FAULT_MEMORY)
+                self._rebuild_whole_or_reduced(leaves_reserve)
             if parts & (LOCATOR | NAVIGATOR):
                 self._rebuild_places(parts)
             if parts & EXPOSURE:
@@ -71,43 +85,73 @@ class Parts:
             return False
         return True
 
-    def restore(self, parts):
+    def _rebuild_whole_or_reduced(self, leaves_reserve):
+        """A whole detector or, where there was none before, one without second opinion once more."""
+        reduced = self._reduced
+        try:
+            self._rebuild_detector(leaves_reserve)
+            self._reduced = False
+            self._faults.end(m.FAULT_MEMORY)
+        except MemoryError:
+            if not reduced:
+                raise
+            self._rebuild_reduced(leaves_reserve)
+
+    def _rebuild_reduced(self, leaves_reserve):
+        settings = self._settings
+        wanted, settings.second_opinion = settings.second_opinion, False
+        try:
+            self._rebuild_detector(leaves_reserve)
+            self._reduced = True
+        finally:
+            settings.second_opinion = wanted
+
+    def restore(self, parts, leaves_reserve=False):
         """As `rebuild`, with what there is memory for: as a last resort a detector without second opinion,
         which is a fault that lasts until a whole one is built."""
         if self.sensor.detector is not None and parts & DETECTOR:
             parts &= ~DETECTOR  # it was not given up
-        if self.rebuild(parts):
+        if self.rebuild(parts, leaves_reserve):
             return
         if self.sensor.detector is not None:
             self._faults.report(m.FAULT_MEMORY)  # the other parts stay as they were
             return
         self._faults.begin(m.FAULT_MEMORY)
-        settings = self._settings
-        wanted, settings.second_opinion = settings.second_opinion, False
         try:
-            self._rebuild_detector()
+            self._rebuild_reduced(leaves_reserve)
         except MemoryError:
             gc.collect()
-        settings.second_opinion = wanted
         self.rebuild(parts & ~DETECTOR)  # what comes after the detector
 
-    def _rebuild_detector(self):
+    def _rebuild_detector(self, leaves_reserve):
         """A detector, if need be with the usual radii. Its buffers are the largest there are: on a small heap
-        those of the one before are given up when there is no room beside them."""
-        sensor = self.sensor
+        there is no room for them beside those of the one before, which is given up first."""
         gc.collect()
         threshold = _collect_often()
         try:
+            reserve = _reserve() if leaves_reserve else None
+            if _heap_bytes() < _TWO_DETECTORS:
+                self.sensor.detector = None
+                gc.collect()
+            self._load_code()
             self._make_detector()
-        except MemoryError:
-            if sensor.detector is None or _heap_bytes() >= _TWO_DETECTORS:
-                raise
-            sensor.detector = None
-            gc.collect()
-            self._make_detector()
+            del reserve
         finally:
             if threshold is not None:
                 gc.threshold(threshold)
+
+    def _load_code(self):
+        """Imports what a detector takes, so that its buffers lie side by side behind that."""
+        if self._settings.method == "larics":
+            import larics.detect.detector
+
+            if self._settings.second_opinion:
+                if "larics.blurred.reader" not in sys.modules and _heap_bytes() < _TWO_DETECTORS:
+                    gc.collect()
+                    if gc.mem_free() < _WITH_SECOND_OPINION:
+                        raise MemoryError
+                import larics.blurred.reader  # noqa: F401
+        gc.collect()
 
     def _make_detector(self):
         try:

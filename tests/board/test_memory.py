@@ -74,7 +74,7 @@ def test_a_setting_that_does_not_fit_is_refused_and_the_detection_goes_on():
     program.run(300)
     detector = program.app.parts.sensor.detector
     program.collected()
-    ballast, _ = leave(24000)
+    ballast, _ = leave(12000)
     assert program.set("radius_min_px", 6) == (m.NACK, m.NACK_MEMORY)
     app = program.app
     assert app.settings.radius_min_px == 28 and app.parts.sensor.detector is not None
@@ -157,7 +157,7 @@ def test_the_heap_decides_how_often_it_is_collected_while_loading():
     scope = {}
     exec(text[text.index("def threshold") : text.index("gc.threshold(threshold")], scope)
     threshold = scope["threshold"]
-    assert [threshold(kib << 10) for kib in (128, 256, 319, 320, 369, 512)] == [4096] * 3 + [16384] * 3
-    assert threshold(1 << 20) == 65536 and threshold(2 << 20) == 131072
+    assert [threshold(kib << 10) for kib in (128, 256, 319, 320, 369, 512)] == [8192] * 3 + [16384] * 3
+    assert threshold(1 << 20) == 131072 and threshold(2 << 20) == 262144
     assert threshold(3 << 20) == threshold(25600 << 10) == -1
     assert sys.implementation.name == "micropython"

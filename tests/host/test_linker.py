@@ -83,6 +83,11 @@ def test_a_module_that_was_read_for_its_numbers_alone_is_not_imported():
     assert linked["b"] == "pass\npass\nprint(3, 3)\n" and linked["a"] == "pass\n"
 
 
+def test_a_module_that_is_imported_to_be_loaded_is_still_imported():
+    linked = linker.link({"a": "", "a.b": "print(1)\n", "c": "def main():\n    import a.b\n"})
+    assert linked["c"] == "def main():\n    import a.b\n"
+
+
 def test_a_name_that_a_function_sets_itself_is_no_constant():
     linked = linker.link({"a": "N = 3\n\ndef main(N):\n    return N\n\nprint(N)\n"})
     assert linked["a"].startswith("N = 3") and "print(N)" in linked["a"]

@@ -38,6 +38,7 @@ class _Module:
         self.name = name
         self.text = text
         self.tree = ast.parse(text)
+        self.mentioned = {node.id for node in ast.walk(self.tree) if isinstance(node, ast.Name)}
         self.modules: dict[str, str] = {}  # local name -> module of the program
         self.imported: dict[str, tuple[str, str]] = {}  # local name -> (module, name there)
         self.defined: dict[str, ast.expr] = {}  # name -> expression, where it may be a constant
@@ -253,6 +254,8 @@ class _Uses:
         where = alias.name if isinstance(node, ast.Import) else str(node.module)
         if where not in self.modules and where != "micropython":
             return True
+        if isinstance(node, ast.Import) and name not in module.mentioned:
+            return True  # imported to be loaded
         return name in self._local[module.name] or (module.name, name) in self.exported
 
 

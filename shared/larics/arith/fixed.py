@@ -15,8 +15,12 @@ try:
 
     def frame_view(frame):
         return frame
+
+    _kept = {}
 except ImportError:
     from larics._cpython import const, frame_view, table16  # noqa: F401  (frame_view is for the callers)
+
+    _kept = None
 
 from larics.arith import tables
 
@@ -31,10 +35,25 @@ _TURN = const(65536)
 _QUARTER = const(16384)
 
 
-def words(count):
+def words(count, name=None):
     """An array of so many 32-bit items, whatever they hold: scratch space for kernels. Made from zeros, it
-    would need twice the memory for a moment."""
-    return array("i", range(count))
+    would need twice the memory for a moment.
+
+    With a name, MicroPython keeps the longest one and gives it to the next that asks: what is loaded while a
+    detector is made anew would settle where the buffers of the one before were. Two detectors may share it,
+    since none of them looks at it after its frame. MemoryError leaves the one before."""
+    if name is None or _kept is None:
+        return array("i", range(count))
+    size = len(_kept.get(name, ()))
+    if size < count or name not in _kept:
+        longer, before = range(count), range(size)  # made first: they must not lie where the buffer was
+        _kept.pop(name, None)
+        try:
+            _kept[name] = array("i", longer)
+        except MemoryError:
+            _kept[name] = array("i", before)
+            raise
+    return _kept[name] if size <= count else memoryview(_kept[name])[:count]
 
 
 def _entry(table, index):

@@ -28,6 +28,8 @@ LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands
 _LEAST_SCORE = const(180)  # the weakest true centre had 194, half of all others have less
 CENTRES = const(6)
 WINDOWS = const(96)
+_FINE_STEP = const(3)  # px between the cells of the smallest rings,
+_FINE_PADDING = const(5)  # and their largest radius in cells
 _SMALL_Q8 = const(3072)  # rings below this show fewer directions,
 _FEWER = const(4)  # by so many
 _MASK_BITS = const(12)
@@ -48,7 +50,8 @@ class CellGrid:
     """The size of the vote grid of one scale: cells of `step` px with a padding that takes every vote."""
 
     def __init__(self, width, height, step, radius_max_q8):
-        padding = (radius_max_q8 >> 8) // step + 4
+        # the finest grids are alike, so that other radii need no longer buffer
+        padding = max((radius_max_q8 >> 8) // step, _FINE_PADDING if step == _FINE_STEP else 0) + 4
         self.width = width
         self.padding = padding + (padding & 1)
         self.row = (width // step + 1 + 2 * self.padding + 1) & ~1
@@ -63,7 +66,7 @@ class VoteBuffers:
     """
 
     def __init__(self, grids):
-        self.cells = words(max([grid.cells for grid in grids]))
+        self.cells = words(max([grid.cells for grid in grids]), "cells")
         self.above = words(max([grid.row for grid in grids]) // 2)
         self.windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
         self.centres = array("i", bytes(4 * (3 * CENTRES + 3)))

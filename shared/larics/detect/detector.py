@@ -88,10 +88,10 @@ class Detector:
 
         smallest = min([scale.step for scale in self._scales])
         edges_capacity = max(400, width * height // (smallest * smallest) // 4)
-        self._edges = words(edges_capacity + 1)
+        self._edges = words(edges_capacity + 1, "edges")
         # for the scales that take every second point of a finer grid
         shared = len(self._groups) < len(self._scales)
-        self._fewer = words(edges_capacity // 2 + 1 if shared else 0)
+        self._fewer = words(edges_capacity // 2 + 1 if shared else 0, "fewer")
         self._histogram = array("H", bytes(256))
         grids = [CellGrid(width, height, scale.step, scale.radius_max_q8) for scale in self._scales]
         self._votes = VoteBuffers(grids)
