@@ -166,6 +166,32 @@ def read_objects_of(data, folder):
     return read_objects(folder / "some.jsonl")
 
 
+def test_bytes_without_times_take_as_long_as_on_their_line(tmp_path, capsys):
+    one = wire((m.MARKER, marker_values(1)))
+    (tmp_path / "came.bin").write_bytes(one * 5)
+    words = ["--convert", str(tmp_path / "came.bin"), "--baud", "9600", "-o", str(tmp_path / "out"), "--bag"]
+    assert cli.main(["log", *words]) == 0
+    assert "does not tell the time of day" in capsys.readouterr().err
+    times = [record["time_s"] for record in read_objects(tmp_path / "out.jsonl")]
+    assert times == pytest.approx([(k + 1) * len(one) * 10 / 9600 for k in range(5)], abs=1e-6)
+
+
+def test_what_is_converted_is_never_overwritten(tmp_path, capsys):
+    (tmp_path / "came.bin").write_bytes(wire((m.MARKER, marker_values(1))))
+    words = ["--convert", str(tmp_path / "came.bin"), "-o", str(tmp_path / "out"), "--bag"]
+    assert cli.main(["log", *words]) == 0
+    whole = (tmp_path / "out.jsonl").read_bytes()
+    same = ["log", "--convert", str(tmp_path / "out.jsonl"), "-o", str(tmp_path / "out"), "--force"]
+    assert cli.main(same) == 2
+    assert "out.jsonl, which is read: choose another -o" in capsys.readouterr().err
+    assert (tmp_path / "out.jsonl").read_bytes() == whole
+    metadata = tmp_path / "out" / "metadata.yaml"
+    before = metadata.read_text()
+    (tmp_path / "came.bin").write_bytes(b"")
+    assert cli.main(["log", *words, "--force"]) == 2
+    assert metadata.read_text() == before  # what cannot be read replaces nothing
+
+
 def test_a_recording_becomes_a_bag_with_its_pictures(tmp_path, capsys):
     folder = tmp_path / "seen"
     folder.mkdir()

@@ -211,7 +211,7 @@ class Camera:
         if self._source.live:
             time_s, received_ns = self._heard_s - self._start_s, time.time_ns()
         else:
-            time_s = self._source.time_s
+            time_s = self._source.likely_s(self._baud)
             received_ns = round(time_s * 1e9) + (self._start_ns or 0)
         message = message_of(number, sequence, values, time_s)
         told_ns = self._times.of(message.fields, received_ns)

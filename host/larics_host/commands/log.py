@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import sys
 import time
 from pathlib import Path
@@ -119,7 +120,7 @@ def _converted(args, ros):
     from larics_host.commands.record import MESSAGES, SETTINGS
     from larics_host.connection.camera_settings import read_file
     from larics_host.images.frame_folder import number_of
-    from larics_host.logs.log_reader import LogSource, start_of
+    from larics_host.logs.log_reader import LogSource, read_pieces, start_of
 
     path, pictures = Path(args.convert), {}
     if path.is_dir():
@@ -127,6 +128,10 @@ def _converted(args, ros):
         if not ros.settings and (path / SETTINGS).exists():
             ros.settings = read_file(path / SETTINGS)
         path = path / (MESSAGES + ".jsonl")
+    outputs = [args.output + suffix for suffix in (".csv", ".jsonl", ".mcap")] if args.output else []
+    if os.path.realpath(path) in map(os.path.realpath, outputs):
+        raise UserError("-o %s would overwrite %s, which is read: choose another -o" % (args.output, path))
+    next(read_pieces(path))  # what cannot be read replaces nothing
     start_ns = start_of(path)
     if start_ns is None and (args.mcap or args.bag):
         report("%s does not tell the time of day: the bag begins now" % path)
@@ -172,7 +177,9 @@ class _Log:
                 self._watch.feed(data or b"")
                 if self._asker is not None:
                     self._asker.step(now_s)
-                time_s = self._source.time_s if self._args.convert else now_s - start_s
+                time_s = now_s - start_s
+                if self._args.convert:
+                    time_s = self._source.likely_s(self._args.baud)
                 for message in self._receiver.feed(data or b"", time_s):
                     self._recorder.write(message)
                     view.add(message)

@@ -348,6 +348,7 @@ class LogSource:
     def __init__(self, path: StrPath, speed: float = 0.0) -> None:
         self.name = str(path)
         self.time_s = 0.0
+        self._untimed_bytes = 0  # since then
         self._pacer = Pacer(speed)
         self._pieces = read_pieces(path)
 
@@ -357,9 +358,15 @@ class LogSource:
         if piece is None:
             return None
         self._pacer.wait(piece)
+        self._untimed_bytes += len(piece.data)
         if piece.time_s is not None:
             self.time_s = piece.time_s
+            self._untimed_bytes = 0
         return piece.data
+
+    def likely_s(self, baud: int) -> float:
+        """`time_s`, and for bytes whose time the log does not tell how long they take on a line of `baud`."""
+        return self.time_s + self._untimed_bytes * 10 / baud
 
     def close(self) -> None:
         self._pieces.close()

@@ -67,6 +67,7 @@ class Bag:
             self._made = not self._folder.exists()
             try:
                 self._folder.mkdir(exist_ok=True)
+                (self._folder / "metadata.yaml").unlink(missing_ok=True)  # of a bag that was there before
             except OSError as error:
                 raise CannotWrite("cannot write %s: %s" % (path, error.strerror)) from error
             name += "_0.mcap"
