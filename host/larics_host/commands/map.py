@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import math
 
 from larics_host import files
 from larics_host.connection import camera_settings
-from larics_host.errors import UserError, missing_package
+from larics_host.errors import UserError
 from larics_host.wording import counted
 
 NAME = "map"
@@ -14,6 +15,7 @@ HELP = "make, check, draw and build maps of markers"
 EXAMPLE = """
 larics map create hall.json --marker 3,0,0,0 --marker 5,1500,0,90 --route 3,5,3
 larics map build run.jsonl -o hall.json --anchor 3,0,0,0 --png hall.png
+larics map build drive.bin -o hall.json --distance 3,17,12480       # odometry in the log, one distance taped
 larics map check hall.json --reach-mm 4000
 larics map draw hall.json -o hall.png
 larics map send hall.json --port /dev/ttyACM0 --save
@@ -48,14 +50,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     draw.add_argument("-o", "--output", required=True, metavar="FILE.png")
 
     build = actions.add_parser(
-        "build", help="a map from logs in which neighbouring markers are seen together"
+        "build",
+        help="a map from logs",
+        description="A map from logs in which neighbouring markers are seen together, or of drives of a "
+        "vehicle that sends its odometry: then no two need be in view at once. Loops that pass each marker "
+        "three times and one distance measured by hand make it exact.",
     )
     build.add_argument("logs", nargs="+", metavar="LOG", help=".jsonl, .csv, .bin or .mcap")
     build.add_argument("-o", "--output", required=True, metavar="MAP.json")
     build.add_argument("--anchor", metavar="ID,X,Y,DEG", help="where this marker is (the first seen: 0,0,0)")
+    build.add_argument(
+        "--place", action="append", default=[], metavar="ID,X,Y[,DEG]", help="known place; may be repeated"
+    )
     build.add_argument("--repeats", action="store_true", help="IDs stand at several places of the building")
     build.add_argument("--heights", action="store_true", help="store the markers' measured heights")
-    build.add_argument("--png", metavar="FILE.png", help="draw the result with its links")
+    build.add_argument("--png", metavar="FILE.png", help="draw the result, its links and error ellipses")
     build.add_argument("--force", action="store_true", help="overwrite an existing file")
     _route_argument(build)
     _distance_argument(build)
@@ -175,65 +184,97 @@ def _draw(args):
 
 
 def _build(args):
-    import numpy as np
-
-    from larics_host.mapping import mapfile
-    from larics_host.mapping.build import anchored, build
+    from larics_host.mapping import graph, mapfile
+    from larics_host.mapping.build import build
     from larics_host.mapping.check import problems
-    from larics_host.mapping.links import collect
-    from larics_host.progress import watched
+    from larics_host.mapping.collect import collect
+    from larics_host.progress import measured
 
-    try:
-        import scipy.optimize  # noqa: F401 (asked for before the logs are read)
-    except ImportError:
-        raise missing_package("larics map build", "scipy") from None
+    graph.needed()  # before the logs are read
     files.refuse_existing(args.output, args.force)
-    anchor = _numbers(args.anchor, 4, "ID,X,Y,HEADING") if args.anchor else None
-    given = _distances(args)
-    links = collect(watched(args.logs, len(args.logs), "logs", True), args.repeats)
-    built = build(links, [(_number(links, a), _number(links, b), mm) for a, b, mm in given])
-    first = _number(links, int(anchor[0]), built.poses) if anchor else min(built.poses)
-    poses = anchored(built.poses, first, anchor[1:] if anchor else (0.0, 0.0, 0.0))
+    request = _request(args)
+    with measured(sum(files.size(path) for path in args.logs), "reading") as progress:
+        collected = collect(args.logs, args.repeats, progress)
+    with measured(1, "building") as progress:
+        built = build(collected, request, progress)
     hall = mapfile.Map(route=_route(args))
-    for number, pose in sorted(poses.items()):
-        place = links.places[number]
-        height = float(np.median(place.heights_mm)) if args.heights else None
-        hall.markers.append(mapfile.Marker(place.id, *map(float, pose), height))
+    for number, pose in sorted(built.poses.items()):
+        hall.markers.append(_marker(built, number, args.heights))
+        place, sigmas = built.places[number], built.sigmas(number)
         print(
-            "marker %3d: x %9.1f y %9.1f mm, heading %6.2f deg, +- %.1f mm, %s"
-            % (place.id, *pose, built.sigmas_mm[number], counted(place.seen, "reading"))
+            "marker %3d: x %9.1f y %9.1f mm, heading %6.2f deg, +- %.1f mm, %.2f deg, %s"
+            % (place.id, *pose, sigmas.place_mm, sigmas.heading_deg, counted(place.seen, "reading"))
         )
     mapfile.write_map(args.output, hall)
-    counts = counted(len(links.links), "link"), built.link_rms_mm, counted(links.refused, "reading")
-    print("%s, rms %.2f mm; %s refused" % counts)
+    _tell_build(collected, built)
     print("%s written to %s" % (counted(len(hall.markers), "marker"), args.output))
     if args.png:
         from larics_host.mapping.draw import draw_map
 
-        lines = [(poses[a][:2], poses[b][:2]) for a, b in links.links if a in poses and b in poses]
-        files.write_file(args.png, draw_map(hall, lines, "built from %s" % ", ".join(args.logs)))
+        numbers = sorted(built.poses)
+        ellipses = [(built.poses[number][:2], built.covariances[number][:2, :2]) for number in numbers]
+        title = "built from %s" % ", ".join(args.logs)
+        files.write_file(args.png, draw_map(hall, built.lines, title, ellipses))
     found = []
     for group in built.untied:
         # a few readings of an ID that nothing else supports are misread markers, not another one
-        if sum(links.places[k].seen for k in group) < MISREAD_MOST:
-            print("ignored, as misread: marker %s" % _names(links, group))
+        if sum(built.places[k].seen for k in group) < MISREAD_MOST:
+            print("ignored, as misread: marker %s" % _names(built, group))
         else:
-            found.append("not tied to the rest: marker %s" % _names(links, group))
+            found.append("not tied to the rest: marker %s" % _names(built, group))
     return _tell(found + built.notes + problems(hall, float("inf")))
 
 
-def _names(links, group):
-    places = [links.places[k] for k in group]
+def _request(args):
+    from larics_host.mapping.build import Request
+
+    given = []
+    for text in args.place:
+        numbers = _numbers(text, 4 if text.count(",") == 3 else 3, "ID,X,Y or ID,X,Y,HEADING")
+        given.append((int(numbers[0]), *numbers[1:3], numbers[3] if len(numbers) > 3 else None))
+    if len(given) == 1 and not args.anchor:
+        raise UserError("--place holds the map by two or more places: give one more, or --anchor alone")
+    anchor = tuple(_numbers(args.anchor, 4, "ID,X,Y,HEADING")) if args.anchor else None
+    return Request(anchor, given, _distances(args))
+
+
+def _marker(built, number, heights):
+    import numpy as np
+
+    from larics_host.mapping.mapfile import Marker
+
+    place, sigmas = built.places[number], built.sigmas(number)
+    height = float(np.median(place.heights_mm)) if heights else None
+    pose = built.poses[number]
+    return Marker(place.id, *pose, height, None, sigmas.place_mm, sigmas.heading_deg)
+
+
+def _tell_build(collected, built):
+    for move in built.moves:
+        text = "marker %d was moved by %.0f mm while it was logged: the map has its last place"
+        print(text % (move.id, move.mm))
+    if built.passages:
+        aside = ", ".join("%d" % marker_id for marker_id in sorted(built.aside))
+        print(
+            "%s, %d set aside%s; %s outvoted"
+            % (
+                counted(built.passages, "passage"),
+                built.aside.total(),
+                " (read as marker %s)" % aside if aside else "",
+                counted(collected.outvoted, "reading"),
+            )
+        )
+    for shares in built.shares.values():
+        scale, drift, track = shares[:3]
+        text = "odometry: scale %+.2f %%, drift %+.3f deg/m, turn %+.2f %%, noise %.0f mm2/km"
+        print(text % (100 * scale, math.degrees(drift) * 1000, 100 * track, 1e6 * built.noise))
+    counts = counted(built.links, "link"), built.rms_mm, counted(collected.refused, "reading")
+    print("%s, rms %.2f mm; %s refused" % counts)
+
+
+def _names(built, group):
+    places = [built.places[k] for k in group]
     return ", ".join("%d (%s)" % (place.id, counted(place.seen, "reading")) for place in places)
-
-
-def _number(links, marker_id, among=None):
-    """The number of the only place with this ID."""
-    found = [p.number for p in links.places if p.id == marker_id and (among is None or p.number in among)]
-    if len(found) != 1:
-        count = counted(len(found), "place") if found else "no place"
-        raise UserError("marker %d: %s in the logs with this ID, one is needed" % (marker_id, count))
-    return found[0]
 
 
 def _send(args):

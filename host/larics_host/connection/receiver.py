@@ -30,21 +30,29 @@ class Message:
         self.time_s = time_s
 
 
-def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any]) -> bytes:
-    """The bytes that carried a message: the inverse of what `Receiver` and `records.as_json` make of them.
+def values_of(number: int, fields: dict[str, Any]) -> list[Any]:
+    """The values of a message, in field order: the inverse of what `records.as_json` makes of them.
 
-    Raises KeyError for an unknown name or a missing field, ValueError or TypeError for a wrong value."""
-    number = _NUMBERS[name]
+    Raises KeyError for an unknown number or a missing field, ValueError or TypeError for a wrong value."""
     values = []
     for field, code, *_ in protocol.fields(number):
         value = fields[field]
         if value is None:
-            flagged = name == "MARKER" and field in codes.UNKNOWN_BY_FLAG[messages.MARKER_NONE]
+            flagged = number == messages.MARKER and field in codes.UNKNOWN_BY_FLAG[messages.MARKER_NONE]
             value = 0 if flagged else codes.UNKNOWN[field]
         if code.endswith("s"):
             data = value.encode("latin-1") if field in codes.TEXT_FIELDS else bytes.fromhex(value)
             value = data.ljust(int(code[:-1]), b"\0")
         values.append(value)
+    return values
+
+
+def wire_bytes(encoder: Encoder, name: str, sequence: int, fields: dict[str, Any]) -> bytes:
+    """The bytes that carried a message: the inverse of what `Receiver` and `records.as_json` make of them.
+
+    Raises KeyError for an unknown name or a missing field, ValueError or TypeError for a wrong value."""
+    number = _NUMBERS[name]
+    values = values_of(number, fields)
     encoder.sequence = sequence
     return bytes(encoder.buffer[: encoder.encode(number, values)])
 

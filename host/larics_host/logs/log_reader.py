@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import time
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -38,31 +38,31 @@ class Piece(NamedTuple):
     data: bytes
 
 
-class _Damage:
+class Damage:
     """Collects the lines of a log that are none, and tells of them once; good ones around them still count.
 
     A file with none that is good is no log, or lost all it held: then the first one is an error."""
 
     _GIVE_UP = 100  # lines, of what begins with so many that are none
 
-    def __init__(self, path, unit="line"):
+    def __init__(self, path: StrPath, unit: str = "line") -> None:
         self._path = path
         self._unit = unit
         self._good = 0
         self._bad = 0
-        self._first = None
+        self._first: str | None = None
 
-    def good(self):
+    def good(self) -> None:
         self._good += 1
 
-    def bad(self, number, why, cut=False):
+    def bad(self, number: int, why: str, cut: bool = False) -> None:
         self._bad += 1
         if self._first is None:
             self._first = "%s %d %s" % (self._unit, number, "is cut off" if cut else why)
         if not self._good and self._bad >= self._GIVE_UP:
             self.tell()
 
-    def tell(self):
+    def tell(self) -> None:
         if not self._bad:
             return
         if not self._good:
@@ -86,10 +86,12 @@ def _sound(line):
     return line
 
 
-def read_objects(path: StrPath) -> Iterator[dict[str, Any]]:
+def read_objects(
+    path: StrPath, progress: Callable[[int], object] = files.unwatched
+) -> Iterator[dict[str, Any]]:
     """Yields the objects of a .jsonl log; damaged lines are left out and told. UserError where it is none."""
-    damage = _Damage(path)
-    for number, line in enumerate(files.lines(path), 1):
+    damage = Damage(path)
+    for number, line in enumerate(files.lines(path, progress), 1):
         if not line.strip():
             continue
         try:
@@ -109,8 +111,8 @@ def read_pieces(path: StrPath) -> Generator[Piece]:
     Raises UserError when it cannot be read or holds nothing.
     """
     path = Path(path)
-    read = {".jsonl": read_objects, ".csv": _records_of_csv, ".mcap": _records_of_mcap}.get(_kind(path))
-    pieces = _pieces_of_records(path, read(path)) if read else _pieces_of_bytes(path)
+    raw = kind_of(path) == ".bin"
+    pieces = _pieces_of_bytes(path) if raw else _pieces_of_records(path, read_records(path))
     empty = True
     for piece in pieces:
         empty = False
@@ -123,7 +125,7 @@ def start_of(path: StrPath) -> int | None:
     """The wall clock, ns since 1970, at time_s 0 of a log; None when it does not tell. UserError when it
     cannot be read."""
     path = Path(path)
-    kind = _kind(path)
+    kind = kind_of(path)
     try:
         if kind == ".mcap":
             return next(_mcap_starts(path), None)
@@ -139,7 +141,15 @@ def start_of(path: StrPath) -> int | None:
     return 1000 * (passed // timedelta(microseconds=1) - round(record["time_s"] * 1e6))
 
 
-def _kind(path):
+def read_records(path: Path, progress: Callable[[int], object] = files.unwatched) -> Iterator[dict[str, Any]]:
+    """Yields the objects that the messages of a .jsonl, .csv or .mcap are shown as; progress: see
+    files.lines."""
+    read = {".jsonl": read_objects, ".csv": _records_of_csv, ".mcap": _records_of_mcap}[kind_of(path)]
+    for record in read(path, progress):
+        yield {**_UNKNOWN_LATER, **record} if record["message"] == "MARKER" else record
+
+
+def kind_of(path: Path) -> str:
     """The extension that fits a log: its own, or by its beginning where that is none of ours."""
     own = path.suffix.lower()
     if own in (".jsonl", ".csv", ".mcap", ".bin"):
@@ -155,16 +165,14 @@ def _kind(path):
     return ".jsonl" if start.startswith("{") else ".csv" if "time_s" in start else ".bin"
 
 
-_LATER = (
-    "sigma_q12",
-    "sigma_mdeg",
-)  # what a MARKER got after the first logs were written: not known in those
+_LATER = ("sigma_q12", "sigma_mdeg")  # what a MARKER got after the first logs were written
+_UNKNOWN_LATER = dict.fromkeys(_LATER)
 
 
-def _records_of_csv(path):
+def _records_of_csv(path, progress):
     """The objects that the rows of a .csv stand for; an empty cell is None, what is not known."""
-    damage = _Damage(path)
-    numbered = enumerate(files.lines(path), 1)
+    damage = Damage(path)
+    numbered = enumerate(files.lines(path, progress), 1)
     columns = ("time_s", "sequence", *MARKER_COLUMNS)
     required = [column for column in columns if column not in _LATER]
     layout = layout_of(numbered, columns, required, path, "from larics log")
@@ -187,17 +195,17 @@ def _records_of_csv(path):
 
 def _mcap_starts(path):
     """The wall clock at time_s 0 by each message in an .mcap."""
-    for record, log_ns in _stamped_records_of_mcap(path):
+    for record, log_ns in _stamped_records_of_mcap(path, files.unwatched):
         yield log_ns - round(record["time_s"] * 1e9)
 
 
-def _records_of_mcap(path):
+def _records_of_mcap(path, progress):
     """The objects in an .mcap; of one that is damaged, those before the damage."""
-    for record, _ in _stamped_records_of_mcap(path):
+    for record, _ in _stamped_records_of_mcap(path, progress):
         yield record
 
 
-def _stamped_records_of_mcap(path):
+def _stamped_records_of_mcap(path, progress):
     """(object, wall clock of its reception in ns) of the messages in an .mcap."""
     try:
         from mcap.exceptions import EndOfFile, McapError
@@ -215,6 +223,7 @@ def _stamped_records_of_mcap(path):
                 if record is not None:
                     yield record, message.log_time
                     count += 1
+                    progress(file.tell())
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
     except EndOfFile:
@@ -256,11 +265,10 @@ class _McapRecords:
 
 
 def _pieces_of_records(path, records):
-    damage = _Damage(path, "message")
+    damage = Damage(path, "message")
     encoder = Encoder()
     for number, record in enumerate(records, 1):
         try:
-            record = {**dict.fromkeys(_LATER), **record}
             data = wire_bytes(encoder, record["message"], record["sequence"], record)
             time_s = float(record["time_s"])
         except (KeyError, ValueError, TypeError) as error:

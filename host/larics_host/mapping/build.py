@@ -1,248 +1,407 @@
-"""Places of markers that agree with all that was seen of them together, and with given distances.
+"""A map from what logs tell and what is known by hand: first laid out, then solved as one pose graph.
 
-Unknown are x, y and heading of each marker but one; a link says where its second marker lies in the axes
-of the first, and the other way round. Least squares with soft-L1 loss, so that what a wrong reading
-claims counts linearly, not squared. Groups of markers that no link ties together are tied by distances
-where three or more determine how the groups lie to each other.
+Readings that contradict all others are set aside, worst first, and taken back when they fit after all; the
+noise of the wheels follows from how well the drives close. What the map says of a marker's place comes with
+its standard deviation: against the anchor and the given places, or without any against the map as a whole.
 """
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
-from larics_host.calibration.spread import bounded, covariance
 from larics_host.errors import UserError
-from larics_host.mapping.links import turn, wrapped
+from larics_host.mapping import graph as graphs
+from larics_host.mapping.association import GATE
+from larics_host.mapping.collect import Collected
+from larics_host.mapping.graph import Graph, Link, Reading
+from larics_host.mapping.layout import Group, Layout, Part, layout
+from larics_host.mapping.links import Place
+from larics_host.mapping.moves import Move, find_moves
+from larics_host.mapping.poses import Pose, after, inverse, rigid_fit
+from larics_host.mapping.ties import tie
+from larics_host.wording import counted
 
-if TYPE_CHECKING:
-    from larics_host.annotations import MarkerPose
-    from larics_host.mapping.links import Links
+_NOISE = 0.001  # of the wheels, to begin with: a slip in 50 m
+_NOISE_RANGE = (2e-4, 0.1)
+_SLIP = 25.0  # squares of its sigma that a leg counts at most
+_NOISE_FREEDOM = 12  # degrees of freedom from which on the noise is told by the drives themselves
+_LAYOUTS = 2  # the second where the noise turned out to be ...
+_LAID_OUT_ANEW = 2.5  # ... so many times what was thought
+_PARTS = 6  # that the readings of two markers seen together are cut into, in their order
+_LINK_GATE = 36.0  # squares of its sigma by which a link may be off
+_ROUNDS = 15
+_TAKEN_BACK = 12.0  # chi-squared of a reading that fits again
+_CLOSE = 3  # passages beside one that is set aside, which it may have spoilt
+_EXPLAINED = 0.8  # of the passages, in a map that did not lose its association
+_JUDGED = 10  # passages from which on that is asked
+_CARRIED_MM, _CARRIED_RAD = 700.0, 0.35  # more than slips between two markers
+_WORST_MM = 500.0  # standard deviation of a place that still is one
 
 
-_SIGMA_MM, _SIGMA_DEG = 2.0, 0.15  # of a link's reading
-_DISTANCE_SIGMA_MM = 3.0
-_TIE_LIMIT_MM = 30.0  # rms of the distances that tie two groups
-_TIE_STARTS = 8
-_PASSES = 6  # parts that the readings of a link are cut into, in their order
+@dataclass
+class Request:
+    """What is known by hand: anchor (ID, x mm, y mm, heading deg); given [(ID, x, y, heading or None)];
+    distances [(ID, ID, mm)]."""
+
+    anchor: tuple[int, float, float, float] | None = None
+    given: list[tuple[int, float, float, float | None]] = field(default_factory=list)
+    distances: list[tuple[int, int, float]] = field(default_factory=list)
+
+
+class Sigmas(NamedTuple):
+    """Standard deviations: of x or y, the larger; of the heading."""
+
+    place_mm: float
+    heading_deg: float
 
 
 @dataclass
 class Built:
-    """poses {number: (x mm, y mm, heading deg)} of the markers that are tied together; sigmas_mm {number:
-    standard deviation of the place against the first marker}; untied: groups of numbers that are not;
-    link_rms_mm: what the readings differ by from the result; notes for the user."""
+    """places {number: Place} and, of those tied together, poses {number: (x mm, y mm, heading deg)} and
+    covariances {number: (3, 3) of x mm, y mm, rad}; untied: groups of numbers that are not.
 
-    poses: dict
-    sigmas_mm: dict
-    untied: list
-    link_rms_mm: float
-    notes: list = field(default_factory=list)
+    lines [((x, y), (x, y))] of what was seen together or one after the other; passages and, of those, how
+    many were set aside; aside: Counter of the IDs that they read; moves; rms of the readings in mm; shares
+    {log: of the odometry} and noise of the wheels; notes for the user."""
+
+    places: dict[int, Place]
+    poses: dict[int, Pose]
+    covariances: dict[int, np.ndarray]
+    untied: list[list[int]]
+    lines: list = field(default_factory=list)
+    links: int = 0
+    passages: int = 0
+    aside: Counter = field(default_factory=Counter)
+    moves: list[Move] = field(default_factory=list)
+    rms_mm: float = 0.0
+    shares: dict = field(default_factory=dict)
+    noise: float = 0.0
+    notes: list[str] = field(default_factory=list)
+
+    def sigmas(self, number: int) -> Sigmas:
+        spread = np.sqrt(np.diag(self.covariances[number]))
+        return Sigmas(float(spread[:2].max()), math.degrees(spread[2]))
 
 
-def build(links: Links, distances: Iterable[tuple[int, int, float]] = ()) -> Built:
-    """The Built of links.Links; distances: [(number, number, mm)]. UserError when no two markers are tied."""
-    groups = _groups(len(links.places), links.links)
-    poses = {}
-    for group in groups:
-        poses.update(_spread(group, links.links))
-    notes: list[str] = []
-    main = list(groups[0])
-    waiting = [group for group in groups[1:]]
+def build(
+    collected: Collected, request: Request, progress: Callable[[float], object] = lambda done: None
+) -> Built:
+    """The Built of what was collected. UserError when no two markers are tied, when what is known by hand is
+    not of one marker each, and when the drives do not make one map. progress is told the share that is
+    done."""
+    graphs.needed()
+    noise = _NOISE
+    for attempt in range(_LAYOUTS):
+        laid = layout(collected, noise)
+        notes: list[str] = []
+        main, untied = _tied(laid, request, notes)
+        if len(main.poses) < 2:
+            raise UserError(
+                "no two markers were seen in one frame often enough, and no odometry ties them: drive so "
+                "that neighbours are in view together, let the vehicle send ODOMETRY, or give distances"
+            )
+        done = (1 + 3 * attempt) / (4 * _LAYOUTS)
+        progress(done)
+        graph, passages = _graph(main, laid, collected, request, noise)
+        _settle(graph, main, progress, done)
+        if not passages or graph.noise < _LAID_OUT_ANEW * noise:
+            break
+        noise = graph.noise  # much worse than thought: other passages may be of one marker then
+    moves = find_moves(graph, laid.places)
+    if moves:
+        _settle(graph, main, progress, 0.7)
+    unread = _refuse_lost(graph, passages)
+    progress(0.95)
+    former = {move.former for move in moves}
+    numbers = [number for number in graph.places if number not in former]
+    covariance = graph.place_covariance(graph.marginals(), numbers)
+    if request.anchor is None and not request.given:
+        covariance = _free(covariance, [graph.places[number] for number in numbers])
+    worst = math.sqrt(max(float(covariance[k, k]) for k in range(len(covariance)) if k % 3 < 2))
+    if worst > _WORST_MM:
+        raise UserError(
+            "the drives do not make one map: a marker's place is known to %.1f m only; drive loops that "
+            "pass each marker several times" % (worst / 1000)
+        )
+    built = Built(
+        laid.places, {}, {}, untied, notes=notes, moves=moves, noise=graph.noise, shares=graph.shares
+    )
+    for k, number in enumerate(numbers):
+        x, y, heading = graph.places[number]
+        built.poses[number] = (float(x), float(y), math.degrees(heading) % 360)
+        built.covariances[number] = covariance[3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
+    built.passages = len(passages)
+    built.aside = unread
+    _tell_fit(built, graph)
+    return built
+
+
+def _tied(laid: Layout, request, notes):
+    """(the main group with all that distances tie to it, groups of numbers that are not)."""
+    anchor = request.anchor[0] if request.anchor else None
+    most = len(laid.groups[0].poses)
+    main = max(
+        (group for group in laid.groups if len(group.poses) == most),
+        key=lambda group: any(laid.places[number].id == anchor for number in group.poses),
+    )
+    waiting = [group for group in laid.groups if group is not main]
+    numbers = {number for group in laid.groups for number in group.poses}
+    distances = [(_number(laid, a, numbers), _number(laid, b, numbers), mm) for a, b, mm in request.distances]
     tied = True
     while tied:
         tied = False
         for group in waiting:
             between = [
-                d for d in distances if (d[0] in main) != (d[1] in main) and {d[0], d[1]} <= {*main, *group}
+                one
+                for one in distances
+                if (one[0] in main.poses) != (one[1] in main.poses)
+                and {one[0], one[1]} <= {*main.poses, *group.poses}
             ]
-            moved = _tie(group, main, poses, between, links, notes)
+            names = ", ".join(str(laid.places[k].id) for k in group.poses)
+            poses = {**main.poses, **group.poses}
+            moved = tie(list(group.poses), list(main.poses), poses, between, names, notes)
             if moved:
-                poses.update(moved)
-                main += group
+                first = next(iter(group.poses))
+                motion = after(moved[first], inverse(group.poses[first]))
+                main.poses.update(moved)
+                main.parts += [(part, after(motion, own), same) for part, own, same in group.parts]
                 waiting.remove(group)
                 tied = True
                 break
-    if len(main) < 2:
-        raise UserError(
-            "no two markers were seen in one frame often enough: drive so that neighbours are in view "
-            "together, or give distances"
-        )
-    inside = [d for d in distances if d[0] in main and d[1] in main]
-    return _adjust(main, links.links, inside, poses, waiting, notes)
+    return main, [list(group.poses) for group in waiting]
 
 
-def _groups(count, links):
-    """Numbers that links tie together, the largest group first."""
-    parent = list(range(count))
-
-    def root(k):
-        while parent[k] != k:
-            parent[k] = parent[parent[k]]
-            k = parent[k]
-        return k
-
-    for a, b in links:
-        parent[root(a)] = root(b)
-    groups = defaultdict(list)
-    for k in range(count):
-        groups[root(k)].append(k)
-    return sorted(groups.values(), key=lambda group: (-len(group), group[0]))
+def _number(laid, marker_id, among):
+    """The number of the only place with this ID."""
+    found = [number for number in among if laid.places[number].id == marker_id]
+    if len(found) != 1:
+        count = counted(len(found), "place") if found else "no place"
+        raise UserError("marker %d: %s in the logs with this ID, one is needed" % (marker_id, count))
+    return found[0]
 
 
-def _spread(group, links):
-    """First poses of a group, from its first marker outwards along the links with the most readings."""
-    poses = {group[0]: (0.0, 0.0, 0.0)}
-    while len(poses) < len(group):
-        ready = [(len(r), a, b) for (a, b), r in links.items() if (a in poses) != (b in poses)]
-        _, a, b = max((count, a, b) for count, a, b in ready if a in group)
-        x, y, heading = np.median(links[a, b], axis=0)
-        if a in poses:
-            poses[b] = _after(poses[a], (x, y, heading))
+def _graph(main: Group, laid, collected, request, noise):
+    """(the Graph of a group, [(passage's number in the graph, ID read, Part)])."""
+    graph = Graph(noise=noise, places=dict(main.poses))
+    by_id = {laid.places[number].id: number for number in main.poses} if not collected.repeats else {}
+    passages: list[tuple[int, int, Part]] = []
+    for part, motion, numbers in main.parts:
+        if part.drive is None:
+            graph.links += _links_of(part, numbers, collected)
         else:
-            back = turn(-x, -y, -heading)
-            poses[a] = _after(poses[b], (*back, -heading))
-    return poses
+            _add_drive(graph, part, motion, numbers, by_id, passages)
+    inside = set(graph.places)
+    for a, b, mm in request.distances:
+        ends = _number(laid, a, laid.places), _number(laid, b, laid.places)
+        if inside >= set(ends):
+            graph.distances.append((*ends, mm))
+    _place(graph, laid, request)
+    return graph, passages
 
 
-def _after(pose, step):
-    dx, dy = turn(step[0], step[1], pose[2])
-    return pose[0] + dx, pose[1] + dy, wrapped(pose[2] + step[2])
+def _links_of(part, numbers, collected):
+    index = {own: numbers[k] for k, own in enumerate(part.numbers)}
+    links = []
+    for (a, b), readings in collected.links.items():
+        if a in index and b in index and index[a] != index[b]:
+            for some in np.array_split(readings, min(_PARTS, len(readings))):
+                x, y, heading = np.median(some, axis=0)
+                links.append(Link(index[a], index[b], (x, y, math.radians(heading))))
+    return links
 
 
-def _tie(group, main, poses, distances, links, notes):
-    """The group's poses in the axes of the main one by distances between the two; None if not determined."""
-    from scipy.optimize import least_squares
-
-    if not distances:
-        return None
-    names = ", ".join(str(links.places[k].id) for k in group)
-    pairs = [(a, b, mm) if a in main else (b, a, mm) for a, b, mm in distances]
-    if len({pair[:2] for pair in pairs}) < 3 or len({b for _, b, _ in pairs}) < 2:
-        notes.append("marker %s: tying it takes three distances, to two markers of its group" % names)
-        return None
-
-    def moved(values):
-        return {k: _after((values[0], values[1], values[2]), poses[k]) for k in group}
-
-    def residuals(values):
-        new = moved(values)
-        return [math.dist(poses[a][:2], new[b][:2]) - mm for a, b, mm in pairs]
-
-    centre = np.mean([poses[a][:2] for a, _, _ in pairs], axis=0)
-    reach = np.mean([mm for _, _, mm in pairs])
-    found = []
-    for k in range(_TIE_STARTS):
-        for angle in range(0, 360, 90):
-            side = turn(reach, 0.0, 360.0 * k / _TIE_STARTS)
-            begin = (centre[0] + side[0], centre[1] + side[1], float(angle))
-            solution = least_squares(residuals, begin, method="lm", x_scale=(100.0, 100.0, 10.0))
-            found.append((math.sqrt(2 * solution.cost / len(pairs)), solution.x))
-    found.sort(key=lambda one: one[0])
-    best = moved(found[0][1])
-    if found[0][0] > _TIE_LIMIT_MM:
-        notes.append("marker %s: the distances contradict each other by %.0f mm" % (names, found[0][0]))
-        return None
-    for rms, values in found:
-        other = moved(values)
-        apart = max(math.dist(best[k][:2], other[k][:2]) for k in group)
-        if rms < max(_DISTANCE_SIGMA_MM, 3 * found[0][0]) and apart > 100:
-            notes.append("marker %s: the distances allow two places: give one more" % names)
-            return None
-    return best
+def _add_drive(graph, part, motion, numbers, by_id, passages):
+    first = len(passages)
+    log = part.drive.log
+    graph.shares.setdefault(log, part.shares)
+    legs = part.legs(part.shares)
+    place_of = {}
+    for index, found in enumerate(part.founds):
+        for k in found.passages:
+            place_of[k] = numbers[index], k in found.sure
+    known: dict[int, Pose] = {}
+    for k, passage in enumerate(part.drive.passages):
+        number, sure = place_of.get(k, (by_id.get(passage.id), False))
+        reading = (passage.x_mm, passage.y_mm, passage.heading)
+        if sure:
+            known[k] = after(graph.places[number], inverse(reading))
+        if number is not None:
+            graph.readings.append(Reading(first + k, number, reading, sure))
+        passages.append((first + k, passage.id, part))
+    start = min(known)
+    for k in range(start, len(part.drive.passages)):
+        known.setdefault(k, after(known[k - 1], legs[k - 1].pose) if k > start else known[start])
+    for k in range(start - 1, -1, -1):
+        known[k] = after(known[k + 1], inverse(legs[k].pose))
+    graph.poses.update({first + k: pose for k, pose in known.items()})
+    graph.legs += [(log, first + k, first + k + 1, leg) for k, leg in enumerate(legs)]
+    for a, b, pose in part.drive.together:
+        if place_of.get(a, (0, False))[1] and place_of.get(b, (0, False))[1]:
+            graph.links.append(Link(place_of[a][0], place_of[b][0], pose))
 
 
-def _adjust(main, links, distances, poses, untied, notes):
-    from scipy.optimize import least_squares
-
-    index = {number: k for k, number in enumerate(main)}
-    pairs = [(a, b) for a, b in links if a in index and b in index]
-    first = np.concatenate([np.full(len(links[p]), index[p[0]]) for p in pairs])
-    second = np.concatenate([np.full(len(links[p]), index[p[1]]) for p in pairs])
-    read = np.concatenate([links[p] for p in pairs])
-    back = np.stack(_turned(-read[:, 0], -read[:, 1], -read[:, 2]), axis=1)
-    ends = [(index[a], index[b], mm) for a, b, mm in distances]
-    start = np.array([poses[number] for number in main])
-
-    def poses_of(values):
-        return np.concatenate([start[:1], values.reshape(-1, 3)])
-
-    def apart(all_poses):
-        """(N, 5): both ways' places in mm, and the heading in deg, that the readings are off by."""
-        a, b = all_poses[first], all_poses[second]
-        dx, dy = b[:, 0] - a[:, 0], b[:, 1] - a[:, 1]
-        ahead = np.stack(_turned(dx, dy, -a[:, 2]), axis=1) - read[:, :2]
-        behind = np.stack(_turned(-dx, -dy, -b[:, 2]), axis=1) - back
-        heading = wrapped(b[:, 2] - a[:, 2] - read[:, 2])
-        return np.column_stack([ahead, behind, heading])
-
-    def residuals(values):
-        all_poses = poses_of(values)
-        off = apart(all_poses) / (math.sqrt(2) * _SIGMA_MM)
-        off[:, 4] *= math.sqrt(2) * _SIGMA_MM / _SIGMA_DEG
-        given = [
-            (math.dist(all_poses[a][:2], all_poses[b][:2]) - mm) / _DISTANCE_SIGMA_MM for a, b, mm in ends
-        ]
-        return np.concatenate([off.ravel(), given])
-
-    pattern = _pattern(first, second, ends, len(main))
-    found = least_squares(residuals, start[1:].ravel(), loss="soft_l1", jac_sparsity=pattern)
-    result = poses_of(found.x)
-    jacobian = found.jac.toarray() if hasattr(found.jac, "toarray") else found.jac
-    by_reading = np.diag(np.linalg.pinv(jacobian.T @ jacobian))
-    passes = np.concatenate([np.repeat(_passes(links, pairs), 5), len(read) + np.arange(len(ends))])
-    by_pass = np.diag(covariance(jacobian, bounded(residuals(found.x), 1.0), passes))
-    spread = np.sqrt(np.where(np.isfinite(by_pass), np.maximum(by_reading, by_pass), by_reading))
-    spread = spread.reshape(-1, 3)
-    sigmas = {number: float(np.hypot(*spread[k - 1, :2])) if k else 0.0 for number, k in index.items()}
-    rms = float(np.sqrt(np.mean(apart(result)[:, :2] ** 2)))
-    placed = {number: (*result[k, :2], result[k, 2] % 360) for number, k in index.items()}
-    return Built(placed, sigmas, untied, rms, notes)
+def _place(graph, laid, request):
+    """Moves all to where anchor and given places say, and holds it there."""
+    inside = set(graph.places)
+    graph.given = [
+        (_number(laid, marker_id, inside), (x, y, None if turned is None else math.radians(turned)))
+        for marker_id, x, y, turned in request.given
+    ]
+    if request.anchor is not None:
+        graph.anchor = _number(laid, int(request.anchor[0]), inside)
+        target = *request.anchor[1:3], math.radians(request.anchor[3])
+        motion = after(target, inverse(graph.places[graph.anchor]))
+    elif graph.given:
+        own = np.array([graph.places[number][:2] for number, _ in graph.given])
+        motion = rigid_fit(own, np.array([pose[:2] for _, pose in graph.given]))
+    else:
+        read = {one.place for one in graph.readings if one.used}
+        graph.anchor = min(read | {number for one in graph.links for number in (one.first, one.second)})
+        motion = inverse(graph.places[graph.anchor])
+    for kept in (graph.poses, graph.places):
+        for number, pose in kept.items():
+            kept[number] = after(motion, pose)
 
 
-def _passes(links, pairs):
-    """For each reading the number of the part of the drive that it comes from: readings one after the other
-    share their errors."""
-    numbers = []
-    for index, pair in enumerate(pairs):
-        count = len(links[pair])
-        numbers.append(index * _PASSES + np.arange(count) * min(_PASSES, count) // count)
-    return np.concatenate(numbers)
+def _settle(graph, main, progress, done):
+    """Solves until the same readings and links count as before, and the noise is that of the drives."""
+    flips: Counter[int] = Counter()
+    for turn in range(_ROUNDS):
+        _drop_unread(graph)
+        graph.solve()
+        if not turn:
+            _again_from_here(graph, main)
+        changed = _set_links_aside(graph)
+        changed |= _set_aside(graph, graph.surprises(graph.marginals()), flips)
+        progress(done + 0.25 * (turn + 1) / _ROUNDS)
+        # what is wrong strains the wheels as long as it counts
+        if not changed and not _heed_noise(graph) and turn:
+            break
+    _drop_unread(graph)
+    graph.solve()
 
 
-def _pattern(first, second, ends, count):
-    """Which residual depends on which unknown: five residuals a reading, one a distance; the first marker
-    of `count` is fixed."""
-    from scipy.sparse import coo_matrix
-
-    rows = [np.repeat(np.arange(5 * len(first)), 3)] * 2
-    markers = [np.repeat(first, 15), np.repeat(second, 15)]
-    for side in (0, 1):
-        rows.append(np.repeat(5 * len(first) + np.arange(len(ends)), 3))
-        markers.append(np.repeat([end[side] for end in ends], 3).astype(int))
-    rows, markers = np.concatenate(rows), np.concatenate(markers)
-    columns = 3 * (markers - 1) + np.arange(len(rows)) % 3
-    free = markers > 0
-    shape = (5 * len(first) + len(ends), 3 * (count - 1))
-    return coo_matrix((np.ones(free.sum(), int), (rows[free], columns[free])), shape)
+def _drop_unread(graph):
+    """Takes out what no reading or link ties any more."""
+    tied = {one.place for one in graph.readings if one.used}
+    tied |= {number for one in graph.links if one.used for number in (one.first, one.second)}
+    if graph.anchor is not None:
+        tied.add(graph.anchor)
+    graph.places = {number: pose for number, pose in graph.places.items() if number in tied}
+    graph.readings = [one for one in graph.readings if one.place in graph.places]
+    graph.links = [one for one in graph.links if {one.first, one.second} <= set(graph.places)]
+    graph.distances = [one for one in graph.distances if {one[0], one[1]} <= set(graph.places)]
+    graph.given = [one for one in graph.given if one[0] in graph.places]
 
 
-def _turned(x, y, angle_deg):
-    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    return c * x - s * y, s * x + c * y
+def _again_from_here(graph, main):
+    """Legs for the shares that were found."""
+    first = 0
+    legs = []
+    for part, _, _ in main.parts:
+        if part.drive is not None:
+            log = part.drive.log
+            new = part.legs(graph.shares[log])
+            legs += [(log, first + k, first + k + 1, leg) for k, leg in enumerate(new)]
+            first += len(part.drive.passages)
+    graph.legs = legs
 
 
-def anchored(poses: dict[int, MarkerPose], number: int, anchor: MarkerPose) -> dict[int, MarkerPose]:
-    """The poses moved and turned as a whole, so that one of them is `anchor` (x mm, y mm, heading deg)."""
-    x, y, heading = poses[number]
-    angle = anchor[2] - heading
-    moved = {}
-    for key, pose in poses.items():
-        dx, dy = turn(pose[0] - x, pose[1] - y, angle)
-        moved[key] = (anchor[0] + dx, anchor[1] + dy, (pose[2] + angle) % 360)
-    return moved
+def _heed_noise(graph):
+    legs, other, freedom = graph.squares(_SLIP)
+    if freedom < _NOISE_FREEDOM:
+        return False
+    if not graph.legs:
+        before = graph.link_noise
+        graph.link_noise = min(max(before * other / freedom, 0.1), 100.0)
+        return not 0.9 < graph.link_noise / before < 1.1
+    share = legs / max(freedom - other, 0.1 * freedom)
+    before = graph.noise
+    graph.noise = min(max(before * min(max(share, 0.4), 2.5), _NOISE_RANGE[0]), _NOISE_RANGE[1])
+    return not 0.9 < graph.noise / before < 1.1
+
+
+def _set_links_aside(graph):
+    changed = False
+    for one, squares in zip(graph.links, graph.link_squares(), strict=True):
+        used = squares / graph.link_noise < _LINK_GATE
+        changed |= used != one.used
+        one.used = used
+    return changed
+
+
+def _set_aside(graph, surprises, flips):
+    """Sets aside what contradicts all else, of neighbours the worst; takes back what fits."""
+    changed = False
+    near: set[int] = set()
+    places: set[int] = set()
+    for k in np.argsort(-np.nan_to_num(surprises)):
+        one, square = graph.readings[k], surprises[k]
+        if one.used and square > GATE and one.passage not in near and one.place not in places:
+            one.used = False
+            near.update(range(one.passage - _CLOSE, one.passage + _CLOSE + 1))
+            places.add(one.place)
+        elif not one.used and square < _TAKEN_BACK and flips[one.passage] < 2 and one.place not in places:
+            one.used = True
+            flips[one.passage] += 1
+        else:
+            continue
+        changed = True
+    return changed
+
+
+def _refuse_lost(graph, passages):
+    """Counter of the IDs of passages that were set aside. UserError where they are too many for one map, or
+    where the vehicle went as no wheels do."""
+    for one in graph.legs:
+        ahead, left, turned = graph.leg_error(one)
+        if math.hypot(ahead, left) > _CARRIED_MM or abs(turned) > _CARRIED_RAD:
+            raise UserError(
+                "the drives do not make one map: between two markers the vehicle went %.1f m and turned %.0f "
+                "degrees of which its odometry knows nothing; was it carried? Drive anew, or begin a new log "
+                "after that" % (math.hypot(ahead, left) / 1000, math.degrees(abs(turned)))
+            )
+    read = {one.passage for one in graph.readings if one.used}
+    aside = Counter(marker_id for number, marker_id, _ in passages if number not in read)
+    if len(passages) >= _JUDGED and aside.total() > (1 - _EXPLAINED) * len(passages):
+        raise UserError(
+            "the drives do not make one map: %d of %d passages contradict the others; was the vehicle "
+            "carried or did it slip, do IDs stand at several places (--repeats)? Drive small loops that pass "
+            "each marker several times" % (aside.total(), len(passages))
+        )
+    return aside
+
+
+def _free(covariance, poses):
+    """Covariance after the rigid motion that fits the whole map best, in place of that against the anchor."""
+    places = np.array(poses)
+    off = places[:, :2] - places[:, :2].mean(axis=0)
+    motion = np.zeros((3 * len(places), 3))
+    motion[0::3, 0] = motion[1::3, 1] = motion[2::3, 2] = 1.0
+    motion[0::3, 2], motion[1::3, 2] = -off[:, 1], off[:, 0]
+    fitted = motion.copy()
+    fitted[2::3] = 0.0  # by places alone
+    still = np.eye(len(motion)) - motion @ np.linalg.solve(fitted.T @ fitted, fitted.T)
+    return still @ covariance @ still.T
+
+
+def _tell_fit(built, graph):
+    """lines, links and rms of a Built."""
+    built.links = len({(one.first, one.second) for one in graph.links if one.used})
+    seen = {(one.first, one.second) for one in graph.links if one.used}
+    place = {one.passage: one.place for one in graph.readings if one.used}
+    seen |= {(place[a], place[b]) for _, a, b, _ in graph.legs if a in place and b in place}
+    built.lines = [
+        (built.poses[a][:2], built.poses[b][:2])
+        for a, b in sorted(seen)
+        if a != b and a in built.poses and b in built.poses
+    ]
+    errors = [off for one in graph.readings if one.used for off in graph.reading_error(one)[:2]]
+    errors += [off for one in graph.links if one.used for off in graph.link_error(one)[:2]]
+    built.rms_mm = float(np.sqrt(np.mean(np.square(errors))))

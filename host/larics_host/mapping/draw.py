@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from larics.marker import LARICS3
 from larics_host.plots import COLOURS, new_figure, png
@@ -14,10 +16,14 @@ if TYPE_CHECKING:
 
 
 _USUAL_MM = LARICS3.outer_mm10 / 10
+_ELLIPSE_MM = 900.0  # half the length of the largest one
 
 
-def draw_map(hall: Map, links: Iterable[Any] = (), title: str = "") -> bytes:
-    """PNG of a mapfile.Map; links: [((x, y), (x, y))] to draw as thin lines."""
+def draw_map(
+    hall: Map, links: Iterable[Any] = (), title: str = "", ellipses: Sequence[tuple[Any, np.ndarray]] = ()
+) -> bytes:
+    """PNG of a mapfile.Map; links: [((x, y), (x, y))] to draw as thin lines; ellipses: [(place, covariance
+    (2, 2) in mm^2)] to draw with two standard deviations, so much larger than life as the title then says."""
     from matplotlib.patches import Circle
 
     xs = [marker.x_mm for marker in hall.markers]
@@ -29,6 +35,8 @@ def draw_map(hall: Map, links: Iterable[Any] = (), title: str = "") -> bytes:
     for (x1, y1), (x2, y2) in links:
         axes.plot([x1, x2], [y1, y2], color="#9fb0c0", linewidth=0.7, zorder=1)
     _draw_route(axes, hall)
+    if ellipses:
+        title += "\nellipses: 2 standard deviations, %d times as large" % _draw_ellipses(axes, ellipses)
     for marker in hall.markers:
         ring = marker.radius_mm or _USUAL_MM
         x, y, turn = marker.x_mm, marker.y_mm, math.radians(marker.heading_deg)
@@ -49,6 +57,22 @@ def draw_map(hall: Map, links: Iterable[Any] = (), title: str = "") -> bytes:
     axes.set_ylabel("y, mm")
     axes.set_title(title, fontsize=10)
     return png(figure, dpi=110)
+
+
+def _draw_ellipses(axes, ellipses):
+    """Draws them; returns how much larger than life."""
+    from matplotlib.patches import Ellipse
+
+    largest = 2 * max(math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])) for _, covariance in ellipses)
+    times = max(1, int(_ELLIPSE_MM / max(largest, 1.0)))
+    for place, covariance in ellipses:
+        values, vectors = np.linalg.eigh(covariance)
+        width, height = 4 * times * np.sqrt(np.maximum(values, 0.0))
+        angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
+        axes.add_patch(
+            Ellipse(place, width, height, angle=angle, facecolor=COLOURS[0], alpha=0.25, zorder=1.5)
+        )
+    return times
 
 
 def _draw_route(axes, hall):

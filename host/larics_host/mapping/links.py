@@ -1,6 +1,7 @@
-"""Which markers were seen together, from logs: each such frame says how they lie to each other.
+"""Which markers were seen together where there is no odometry: each such frame says how they lie to each
+other.
 
-The vehicle's place drops out, so no odometry is needed. Where an ID stands at one place only, it names the
+The vehicle's place drops out. Where an ID stands at one place only, it names the
 marker. With repeated IDs, markers are told apart by following the vehicle from marker to marker: what is
 seen where a known marker is expected is that marker; what is seen elsewhere, beside a known one, is new.
 """
@@ -9,18 +10,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from larics.wire import messages as m
-from larics_host.connection.receiver import Receiver
-from larics_host.errors import UserError
-from larics_host.logs.log_reader import read_pieces
-
 if TYPE_CHECKING:
-    from larics_host.annotations import StrPath
+    from larics_host.mapping.sightings import Seen, Sighting
 
 
 # how far a marker may be seen from where it is expected: any, because no other plate has room there; and
@@ -31,16 +26,6 @@ _GAP_FRAMES = 10  # without any marker; longer, and the vehicle may be anywhere
 _SAME_MM, _SAME_DEG = 40.0, 3.0  # readings of one link that agree
 _LEAST = 3  # readings that a link needs
 _MOST = 40  # readings kept of a link
-
-
-class Sighting(NamedTuple):
-    """A marker in a frame: ID, place and direction in the vehicle frame."""
-
-    id: int
-    x_mm: float
-    y_mm: float
-    heading_deg: float
-    height_mm: float
 
 
 class Place:
@@ -63,50 +48,6 @@ class Place:
         self.votes[sighting.id] += 1
         if len(self.heights_mm) < 1000:
             self.heights_mm.append(sighting.height_mm)
-
-
-class Links:
-    """places: list of Place; links: {(number, number): array (N, 3) of x mm, y mm, heading deg of the second
-    in the axes of the first}; refused: readings that agree with no others."""
-
-    def __init__(self, places: list[Place], links: dict[tuple[int, int], np.ndarray], refused: int) -> None:
-        self.places = places
-        self.links = links
-        self.refused = refused
-
-
-def read_frames(path: StrPath) -> Iterator[tuple[int, list[Sighting]]]:
-    """Yields (frame number, [Sighting]) of a log of larics log; frames without a usable marker too."""
-    receiver = Receiver()
-    frame = None
-    sightings: list[Sighting] = []
-    uncalibrated = False
-    for piece in read_pieces(path):
-        for message in receiver.feed(piece.data, 0.0):
-            if message.name != "MARKER":
-                continue
-            fields = message.fields
-            if fields.frame != frame:
-                if frame is not None:
-                    yield frame, sightings
-                frame, sightings = fields.frame, []
-            uncalibrated |= bool(fields.flags & m.MARKER_NO_OFFSET)
-            sighting = _sighting(fields)
-            if sighting:
-                sightings.append(sighting)
-    if uncalibrated:
-        raise UserError("%s has markers without offsets: calibrate the camera first" % path)
-    if frame is None:
-        raise UserError("%s has no marker message" % path)
-    yield frame, sightings
-
-
-def _sighting(fields):
-    unusable = m.MARKER_NONE | m.MARKER_NO_OFFSET | m.MARKER_ID_UNCERTAIN | m.MARKER_UNCONFIRMED
-    if fields.flags & unusable or fields.id == m.ID_NONE:
-        return None
-    x_mm, y_mm, z_mm = fields.x_mm10 / 10, fields.y_mm10 / 10, fields.z_mm10 / 10
-    return Sighting(fields.id, x_mm, y_mm, fields.heading_cdeg / 100, z_mm)
 
 
 def turn(x: float, y: float, angle_deg: float) -> tuple[float, float]:
@@ -226,27 +167,43 @@ class _ByPlace:
         return entry
 
 
-def collect(paths: Iterable[StrPath], repeats: bool) -> Links:
-    """The Links of some logs; repeats: whether IDs stand at several places."""
-    naming = _ByPlace() if repeats else _ById()
-    readings = defaultdict(list)
-    for path in paths:
-        naming.begin()
-        for frame, sightings in read_frames(path):
-            named = naming.name(frame, sightings)
-            for k, (a, one) in enumerate(named):
-                for b, other in named[k + 1 :]:
-                    if a.number < b.number:
-                        readings[a.number, b.number].append(_between(one, other))
-                    elif b.number < a.number:
-                        readings[b.number, a.number].append(_between(other, one))
-    links, refused = {}, 0
-    for pair, found in readings.items():
-        kept = _agreeing(np.array(found))
-        refused += len(found) - len(kept)
-        if len(kept) >= _LEAST:
-            links[pair] = kept[:: -(-len(kept) // _MOST)]
-    return Links(naming.all(), links, refused)
+class Readings:
+    """Collects what frames show together; repeats: whether IDs stand at several places."""
+
+    def __init__(self, repeats: bool) -> None:
+        self._naming: Any = _ByPlace() if repeats else _ById()
+        self._readings: dict[tuple[int, int], list] = defaultdict(list)
+
+    def add(self, seen: Seen, wanted: np.ndarray) -> None:
+        """Takes the frames of a log; wanted: which of its sightings count here."""
+        self._naming.begin()
+        frames, which = seen.frames[wanted], np.flatnonzero(wanted)
+        if not len(which):
+            return
+        cuts = np.flatnonzero(np.diff(frames)) + 1
+        for part in np.split(which, cuts):
+            frame = int(seen.numbers[seen.frames[part[0]]])
+            self._take(frame, [seen.sightings[k] for k in part])
+
+    def _take(self, frame, sightings):
+        named = self._naming.name(frame, sightings)
+        for k, (a, one) in enumerate(named):
+            for b, other in named[k + 1 :]:
+                if a.number < b.number:
+                    self._readings[a.number, b.number].append(_between(one, other))
+                elif b.number < a.number:
+                    self._readings[b.number, a.number].append(_between(other, one))
+
+    def links(self) -> tuple[list[Place], dict[tuple[int, int], np.ndarray], int]:
+        """(places, {(number, number): array (N, 3) of x mm, y mm, heading deg of the second in the axes of
+        the first}, readings that agree with no others)."""
+        links, refused = {}, 0
+        for pair, found in self._readings.items():
+            kept = _agreeing(np.array(found))
+            refused += len(found) - len(kept)
+            if len(kept) >= _LEAST:
+                links[pair] = kept[:: -(-len(kept) // _MOST)]
+        return self._naming.all(), links, refused
 
 
 def _agreeing(readings):

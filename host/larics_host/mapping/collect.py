@@ -1,0 +1,73 @@
+"""Logs -> what a map is built from: markers, what was seen together, and drives between them.
+
+Where a log has the vehicle's odometry, it becomes drives with passages; of the rest counts what one frame
+shows together, see links.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from larics_host import files
+from larics_host.mapping.links import Place, Readings
+from larics_host.mapping.passages import Drive, drives
+from larics_host.mapping.sightings import read_sightings
+
+if TYPE_CHECKING:
+    from larics_host.annotations import StrPath
+
+
+@dataclass
+class Collected:
+    """places [Place] that frames name, links {(number, number): array (N, 3) of x mm, y mm, heading deg of
+    the second in the axes of the first}, refused: readings that agree with no others; drives [Drive];
+    repeats: whether IDs stand at several places; heights {ID: heights mm}."""
+
+    places: list[Place]
+    links: dict[tuple[int, int], np.ndarray]
+    refused: int
+    drives: list[Drive] = field(default_factory=list)
+    repeats: bool = False
+
+    @property
+    def outvoted(self) -> int:
+        """Readings of another ID than most of their passage have."""
+        passages = [passage for drive in self.drives for passage in drive.passages]
+        return sum(sum(passage.votes.values()) - passage.votes[passage.id] for passage in passages)
+
+    def ids(self) -> Counter[int]:
+        """How often each ID was read."""
+        total: Counter[int] = Counter()
+        for place in self.places:
+            total += place.votes
+        for drive in self.drives:
+            for passage in drive.passages:
+                total += passage.votes
+        return total
+
+
+def collect(
+    paths: Sequence[StrPath], repeats: bool, progress: Callable[[int], object] = files.unwatched
+) -> Collected:
+    """What logs tell; progress is told the bytes read of all of them together."""
+    readings = Readings(repeats)
+    found: list[Drive] = []
+    before = 0
+    for log, path in enumerate(paths):
+        seen = read_sightings(path, _from(before, progress))
+        before += files.size(path)
+        progress(before)
+        driven, alone = drives(seen, log)
+        found += driven
+        readings.add(seen, alone)
+    places, links, refused = readings.links()
+    return Collected(places, links, refused, [one for one in found if one.passages], repeats)
+
+
+def _from(before, progress):
+    return lambda done: progress(before + done)

@@ -1,0 +1,158 @@
+"""Markers that were hung elsewhere while the log was written.
+
+A slip of the wheels looks much the same, and so does a misread marker. A move is believed where the readings
+of an ID, in their order, are of two places at neither of which another marker hangs, and all other readings
+then agree: by two readings on each side, or by one that no slip explains, and not so far off that it may be
+of a marker that is not known.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from larics_host.mapping.association import GATE, READING_SIGMA
+from larics_host.mapping.graph import Graph, Reading
+from larics_host.mapping.links import Place
+from larics_host.mapping.poses import after, axes, between, wrapped
+from larics_host.mapping.wheels import TRACK_MM
+
+_ENOUGH = 2  # readings of a side
+_PLATE_MM = 450.0  # plates have no room nearer to each other
+_NEAR = 2  # passages beside one, whose readings have to agree
+_SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
+_SLIP_MM = 10.0  # of a wheel
+_AGREE_MM = 400.0  # readings of a side
+
+
+class Move(NamedTuple):
+    """Of a marker: its ID, by how much, the number of its place before."""
+
+    id: int
+    mm: float
+    former: int
+
+
+def find_moves(graph: Graph, places: dict[int, Place]) -> list[Move]:
+    """Gives places that were moved a second number for where they were before, which graph and places get,
+    and returns the Moves; the graph is solved."""
+    found = []
+    for number in list(graph.places):
+        mine = [one for one in graph.readings if one.place == number and (one.used or _alone(graph, one))]
+        apart = _split(graph, sorted(mine, key=lambda one: one.passage))
+        if apart is None:
+            continue
+        earlier, later = apart
+        former = max(places) + 1
+        mm = _tried(graph, number, earlier, later, former)
+        if mm is not None:
+            places[former] = places[number]
+            found.append(Move(places[number].id, mm, former))
+    return found
+
+
+def _split(graph, readings):
+    """(earlier, later) readings of a place, of which those of one side count and the others do not."""
+    for k in range(1, len(readings)):
+        earlier, later = readings[:k], readings[k:]
+        if len({one.used for one in earlier}) > 1 or len({one.used for one in later}) > 1:
+            continue
+        if earlier[0].used != later[0].used and all(_agree(graph, side) for side in (earlier, later)):
+            return earlier, later
+    return None
+
+
+def _where(graph, one):
+    return after(graph.poses[one.passage], one.pose)
+
+
+def _agree(graph, readings):
+    first = _where(graph, readings[0])
+    return all(math.dist(first[:2], _where(graph, one)[:2]) < _AGREE_MM for one in readings)
+
+
+def _alone(graph, one):
+    """Whether a reading is where no other marker is."""
+    here = _where(graph, one)[:2]
+    others = (pose[:2] for number, pose in graph.places.items() if number != one.place)
+    return all(math.dist(here, other) > _PLATE_MM for other in others)
+
+
+def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: int):
+    """By how many mm the place was moved, after a split that all agree with; else all is as before, and
+    None."""
+    mine = earlier + later
+    used = [one.used for one in mine]
+    before = dict(graph.places), dict(graph.poses), dict(graph.shares)
+    graph.places[former], graph.places[number] = _where(graph, earlier[0]), _where(graph, later[0])
+    for one in earlier:
+        one.place = former
+    for one in mine:
+        one.used = True
+    graph.solve()
+    mm = math.dist(graph.places[former][:2], graph.places[number][:2])
+    sides = (earlier, graph.places[number]), (later, graph.places[former])
+    if _agreed(graph, mine) and all(
+        len(side) >= _ENOUGH or _surely(graph, side[0], other, mm) for side, other in sides
+    ):
+        return mm
+    for one, was in zip(mine, used, strict=True):
+        one.place, one.used = number, was
+    graph.places, graph.poses, graph.shares = before
+    return None
+
+
+def _agreed(graph, mine):
+    """Whether nothing near the readings is surprised."""
+    near = {one.passage + k for one in mine for k in range(-_NEAR, _NEAR + 1)}
+    surprises = zip(graph.readings, graph.surprises(graph.marginals()), strict=True)
+    return not any(one.used and one.passage in near and square > GATE for one, square in surprises)
+
+
+def _surely(graph, one, other, mm):
+    """Whether a single reading tells of a move from or to the pose of the `other` place: what is known
+    before and behind it says so, and a slip on the way from there does not explain it."""
+    if not mm < _SINGLE_MM:
+        return False
+    used = {reading.passage for reading in graph.readings if reading.used}
+    legs = {a: (b, leg) for _, a, b, leg in graph.legs}
+    told = []
+    for step in (-1, 1):
+        known, covariance = one.passage, np.zeros((3, 3))
+        for _ in range(_NEAR):
+            first = min(known, known + step)
+            if first not in legs:
+                break
+            covariance = covariance + _slipping(legs[first][1], graph.noise)
+            known += step
+            if known in used:
+                told.append(_contradicts(graph, one, other, known, covariance))
+                break
+    return bool(told) and all(told)
+
+
+def _slipping(leg, noise):
+    """Covariance of a leg on which a wheel slipped once."""
+    wheels_mm = max(float(leg.by_noise[2, 2]) * TRACK_MM**2 / 2, 1.0)
+    return leg.covariance(noise + _SLIP_MM**2 / wheels_mm)
+
+
+def _contradicts(graph, one, other, known, covariance):
+    """Whether a reading cannot be of the other place, if its passage lies as seen from a known one."""
+    passage, start = graph.poses[one.passage], graph.poses[known]
+    if known < one.passage:
+        moved = between(start, passage)
+        slope = axes(moved[2]).T  # the leg is told in the axes of its begin
+    else:
+        moved = between(passage, start)
+        slope = np.eye(3)
+        slope[:2, 2] = moved[1], -moved[0]  # turned at its begin, it swings the end, which is what is known
+    seen = between(passage, other)
+    off = np.subtract(seen, one.pose)
+    off[2] = wrapped(off[2])
+    swing = np.eye(3)
+    swing[:2, 2] = seen[1], -seen[0]
+    spread = swing @ slope @ covariance @ slope.T @ swing.T + np.diag(np.square(READING_SIGMA)) * 3
+    return float(off @ np.linalg.solve(spread, off)) > GATE

@@ -1,0 +1,152 @@
+"""Maps from one drive of a vehicle with odometry, under markers that are never seen together."""
+
+import json
+import math
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from larics_host import cli
+from larics_host.mapping.graph import _leg_error, _reading_error
+from larics_host.mapping.mapfile import read_map
+from larics_host.mapping.poses import after
+from larics_host.mapping.wheels import Way
+from tools.survey_drives import World, drive, score, taped, write_log
+
+
+def built(folder, world, seed, *options, distance=True):
+    one = drive(world, seed)
+    words = list(options)
+    if distance:
+        words += ["--distance", "%d,%d,%.1f" % taped(one, np.random.default_rng(seed))]
+    return one, score(one, write_log(folder / "drive.bin", one), *words)
+
+
+def test_a_hall_from_one_drive(tmp_path, capsys):
+    """30 markers 3 m apart, 200 m with slips, misread passages and frames, one marker moved half way."""
+    one, result = built(tmp_path, World(), 5003)
+    assert not result.refused and len(result.errors) == len({h[0] for h in one.hall}) == 30
+    assert np.median(result.errors) < 12 and result.errors.max() < 30
+    assert result.within.mean() > 0.9
+    assert result.moved == [one.hall[one.moved][0]]
+    assert result.aside == len(one.misread) > 0
+
+
+def test_repeated_ids_are_told_apart_along_the_drive(tmp_path):
+    one, result = built(tmp_path, World(ids=7, moved=False), 5001, "--repeats", distance=False)
+    assert not result.refused and len(result.errors) == 30
+    assert np.median(result.errors) < 40 and result.within.mean() > 0.9
+
+
+@pytest.mark.parametrize("ids", [0, 7])
+def test_a_map_that_lost_its_association_is_refused(ids, tmp_path):
+    world = World(ids=ids, carried_m=80.0)
+    _, result = built(tmp_path, world, 5002, *(["--repeats"] if ids else []), distance=False)
+    assert "not make one map" in result.refused and result.refused.count("\n") == 0
+    assert not (tmp_path / "drive.map.json").exists()
+
+
+def test_given_places_hold_the_map(tmp_path, capsys):
+    one = drive(World(markers=9, length_m=70.0, moved=False), 5004)
+    log = write_log(tmp_path / "drive.jsonl", one)
+    known = [one.hall[0], one.hall[8]]
+    words = [word for place in known for word in ("--place", "%d,%.1f,%.1f" % place[:3])]
+    picture = tmp_path / "hall.png"
+    build = ["map", "build", str(log), "-o"]
+    assert cli.main([*build, str(tmp_path / "a.json"), *words, "--png", str(picture)]) == 0
+    text = capsys.readouterr().out
+    assert "passages" in text and re.search(r"odometry: scale [-+]0\.\d\d %, drift", text)
+    assert cv2.imread(str(picture)) is not None
+    for marker in read_map(tmp_path / "a.json").markers:
+        place = next(one for one in one.hall if one[0] == marker.id)
+        off = np.abs(np.subtract((marker.x_mm, marker.y_mm), place[1:3]))
+        assert off.max() < 30 and off.max() < 4 * marker.sigma_mm and 0 < marker.sigma_deg < 1
+    assert cli.main([*build, str(tmp_path / "b.json"), *words[:2]]) == 2
+    assert "give one more" in capsys.readouterr().err
+
+
+def test_two_logs_and_a_jump_of_the_odometry_make_one_map(tmp_path, capsys):
+    """The second half of the drive has another odometry frame; then as a log of its own, with frame numbers
+    that begin anew."""
+    one = drive(World(markers=9, length_m=100.0, moved=False, wrong=0.0), 5006)
+    half = len(one.frames) // 2
+    frames = one.frames
+    for k in range(half, len(frames)):
+        number, pose, *rest = frames[k]
+        frames[k] = (number, after((5000, -300, 2), pose), *rest)
+    words = "--distance", "%d,%d,%.1f" % taped(one, np.random.default_rng(1))
+    jumped = score(one, write_log(tmp_path / "jump.bin", one), *words)
+    assert not jumped.refused and len(jumped.errors) == 9 and jumped.errors.max() < 25
+    second = [(number - half, *rest) for number, *rest in frames[half:]]
+    one.frames = frames[:half]
+    write_log(tmp_path / "first.bin", one)
+    one.frames = second
+    write_log(tmp_path / "second.bin", one)
+    out = tmp_path / "both.json"
+    logs = [str(tmp_path / name) for name in ("first.bin", "second.bin")]
+    assert cli.main(["map", "build", *logs, "-o", str(out)]) == 0, capsys.readouterr().out
+    assert len(read_map(out).markers) == 9
+    (tmp_path / "joined.bin").write_bytes(
+        b"".join((tmp_path / n).read_bytes() for n in ("first.bin", "second.bin"))
+    )
+    assert cli.main(["map", "build", str(tmp_path / "joined.bin"), "-o", str(out), "--force"]) == 0
+    assert len(read_map(out).markers) == 9
+
+
+def test_slopes_of_the_factors():
+    """Against differences, in the axes in which GTSAM moves a pose."""
+    rng = np.random.default_rng(3)
+    for error in (
+        lambda a, b, z: (_leg_error(a, b, z)[0], np.hstack(_leg_error(a, b, z)[1:])),
+        _reading_error,
+    ):
+        a, b, z = rng.normal(0, 1, (3, 3))
+        off, slope = error(a, b, z)
+        for k in range(6):
+            step = np.zeros(6)
+            step[k] = 1e-6
+            moved = error(after(a, step[:3]), after(b, step[3:]), z)[0]
+            assert (moved - off) / 1e-6 == pytest.approx(slope[:, k], abs=1e-4)
+
+
+def test_legs_carry_shares_and_noise():
+    """A way simulated step by step with known shares and noise, against what its legs say."""
+    rng = np.random.default_rng(8)
+    steps, track, noise = 400, 300.0, 0.004
+    ahead, turn = np.full(steps, 10.0), np.where(np.arange(steps) % 100 < 20, 0.05, 0.0)
+    shares = 0.01, 2e-5, -0.02, 0.0, 0.0, 0.0
+
+    def poses(left, right):
+        moved, turned = (left + right) / 2, (right - left) / track
+        heading = np.concatenate([[0.0], np.cumsum(turned)])
+        middle = heading[:-1] + turned / 2
+        x, y = (np.concatenate([[0.0], np.cumsum(moved * f(middle))]) for f in (np.cos, np.sin))
+        return np.column_stack([x, y, heading])
+
+    wheels = ahead - turn * track / 2, ahead + turn * track / 2
+    told = poses(*wheels)
+    way = Way(*told.T, track)
+    leg = way.legs(np.array([0, steps]), np.zeros(6))[0]
+    true_turn = (1 + shares[2]) * turn + shares[1] * ahead
+    true = poses(
+        (1 + shares[0]) * ahead - true_turn * track / 2, (1 + shares[0]) * ahead + true_turn * track / 2
+    )
+    assert leg.pose == pytest.approx(told[-1], abs=1e-6)
+    assert way.poses(shares)[-1] == pytest.approx(true[-1], abs=1e-6)
+    assert leg.carried(np.array(shares)) == pytest.approx(true[-1], rel=0.02, abs=15)
+    ends = []
+    for _ in range(3000):
+        noisy = [wheel + rng.normal(0, 1, steps) * math.sqrt(noise * 10) for wheel in wheels]
+        ends.append(poses(*noisy)[-1])
+    spread = np.cov(np.array(ends).T)
+    assert np.sqrt(np.diag(noise * leg.by_noise)) == pytest.approx(np.sqrt(np.diag(spread)), rel=0.12)
+
+
+def test_the_map_file_has_the_standard_errors(tmp_path):
+    one = drive(World(markers=6, length_m=60.0, moved=False, wrong=0.0), 5007)
+    result = score(one, write_log(tmp_path / "drive.bin", one))
+    assert not result.refused
+    data = json.loads((tmp_path / "drive.map.json").read_text())
+    assert all(0 < marker["sigma_mm"] < 200 and 0 < marker["sigma_deg"] < 2 for marker in data["markers"])
