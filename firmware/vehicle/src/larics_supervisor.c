@@ -27,8 +27,8 @@ void larics_limits_usual(larics_limits *limits, uint32_t baud)
                      LARICS_BIT(LARICS_FAULT_CAMERA_DARK) | LARICS_BIT(LARICS_FAULT_CAMERA_WHITE);
     limits->most_sigma_mm10 = 1000;
     limits->most_sigma_cdeg = 500;
-    limits->most_carried_ms = 10000;
-    limits->most_way_mm = 5000;
+    limits->most_carried_ms = 30000;
+    limits->most_way_mm = 10000;
     limits->answer_ms = 150;
     larics_choice_init(&usual, NULL);
     limits->choice = usual.rule;

@@ -66,7 +66,7 @@ class CController:
 
     limits        as Approach's, by name
     supervision   None: every decoded message is taken; else a dict of baud, buffer_bytes, silent_ms,
-                  stalled_ms, challenge_ms, answer_ms, now_ms and seed
+                  stalled_ms, challenge_ms, answer_ms, now_ms, seed, and the limits of the pose
     After `step`: state, speed_mm_s, turn_cdeg_s, left_id, is_end; camera_state (a word of STATES), accepted.
     ValueError for a limit outside its range.
     """
@@ -77,6 +77,7 @@ class CController:
     )
     _SUPERVISION = (
         *("baud", "buffer_bytes", "silent_ms", "stalled_ms", "challenge_ms", "answer_ms", "now_ms", "seed"),
+        *("most_sigma_mm10", "most_sigma_cdeg", "most_carried_ms", "most_way_mm"),
     )
 
     def __init__(self, limits: Mapping[str, int], supervision: Mapping[str, int] | None = None) -> None:
@@ -86,8 +87,9 @@ class CController:
         if not self._self:
             raise ValueError("a limit of the drive is outside its range: %s" % limits)
         usual = dict.fromkeys(self._SUPERVISION, 0) | {"baud": 115200}
+        usual |= dict.fromkeys(self._SUPERVISION[8:], 65535)  # not judged
         chosen = {**usual, **(supervision or {})}
-        words = (ctypes.c_uint32 * 8)(*(chosen[name] for name in self._SUPERVISION))
+        words = (ctypes.c_uint32 * len(chosen))(*(chosen[name] for name in self._SUPERVISION))
         self._library.controller_supervise(self._self, words)
         self._told = (ctypes.c_int32 * 7)()
         self._seen = (ctypes.c_int32 * 4)()

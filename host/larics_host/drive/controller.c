@@ -35,8 +35,9 @@ void controller_free(controller *c)
     free(c);
 }
 
-/* supervise: baud, buffer_bytes, silent_ms, stalled_ms, challenge_ms, answer_ms, now_ms, seed */
-void controller_supervise(controller *c, const uint32_t supervise[8])
+/* supervise: baud, buffer_bytes, silent_ms, stalled_ms, challenge_ms, answer_ms, now_ms, seed, most_sigma_mm10,
+ * most_sigma_cdeg, most_carried_ms, most_way_mm */
+void controller_supervise(controller *c, const uint32_t supervise[12])
 {
     larics_limits limits;
     larics_limits_usual(&limits, supervise[0]);
@@ -45,6 +46,10 @@ void controller_supervise(controller *c, const uint32_t supervise[8])
     limits.stalled_ms = (uint16_t)supervise[3];
     limits.challenge_ms = (uint16_t)supervise[4];
     limits.answer_ms = (uint16_t)supervise[5];
+    limits.most_sigma_mm10 = (uint16_t)supervise[8];
+    limits.most_sigma_cdeg = (uint16_t)supervise[9];
+    limits.most_carried_ms = (uint16_t)supervise[10];
+    limits.most_way_mm = (uint16_t)supervise[11];
     larics_supervisor_init(&c->camera, &limits, supervise[6], supervise[7]);
     larics_wheels_init(&c->wheels, supervise[7]);
 }

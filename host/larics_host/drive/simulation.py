@@ -116,6 +116,9 @@ def wheel_controller(condition: Condition, kind: str = "c", is_heard: bool = Fal
         return Approach(**wheel_limits(condition))
     patience_ms = 3 * int(1000 / condition.rate_hz) + 200
     supervision = {"baud": BAUD, "buffer_bytes": 512, "silent_ms": 3000, "stalled_ms": patience_ms}
+    # a marker is in view from 0.6 m: so well has a carried pose to be known, over one that is missing
+    supervision |= {"most_sigma_mm10": 3000, "most_sigma_cdeg": 1500, "most_carried_ms": 60000}
+    supervision |= {"most_way_mm": int(3 * condition.side_mm)}
     if is_heard:
         supervision |= {"challenge_ms": 1000, "answer_ms": patience_ms, "seed": 1}
     return CController(wheel_limits(condition), supervision)
