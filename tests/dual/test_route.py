@@ -109,7 +109,7 @@ def test_maps_that_cannot_be():
     good = [(3, 0, 0, 0), (4, 2000, 0, 9000, 28000, 1000), (3, 2000, 2000, 0)]
     assert map_reason(good, (3, 4, 7)) is None
     for change, words in (
-        ((5, 9000, 0, 0), "unknown marker 5"),
+        ((5, 9000, 0, 0), "marker 5, which is none of the allowed IDs"),
         ((3, 1500, 0, 0), "marker 3 twice within 2000 mm"),
         ((4, 9000, 0, 0), "marker 4 twice, with different"),
         ((7, 300, 0, 0), "markers 3 and 7 at impossible places"),

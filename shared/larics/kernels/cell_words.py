@@ -441,18 +441,33 @@ def likeliest_words(
     while k < 13:
         base = word ^ int(rows[k])
         base_id = marker_id ^ int(rows[13 + k])
-        i = 0
-        end = 13
+        # from the basis cells that tell the least; what they cost is known beforehand
+        first = 0
+        i = 12
+        apart = 0
         if k < 12:
-            i = k + 1
-            end = 12
-        while i < end:
-            j = i + 1
-            if i == 12:
-                j = 12
-            while j < end:
+            first = k + 1
+            i = 11
+            apart = int(rows[26 + k]) >> 5
+        end = i
+        while i >= first:
+            one = apart
+            if i < 12:
+                one += int(rows[26 + i]) >> 5
+            j = end
+            if one >= second:
+                i = 0 - 1
+                j = i
+            while j > i or (j == 12 and i == 12):
+                other = one
+                if j < 12:
+                    other += int(rows[26 + j]) >> 5
+                row_id = 1
+                if other >= second:
+                    j = i  # and so is whatever follows
+                else:
+                    row_id = base_id ^ int(rows[13 + i]) ^ int(rows[13 + j])
                 row = base ^ int(rows[i]) ^ int(rows[j])
-                row_id = base_id ^ int(rows[13 + i]) ^ int(rows[13 + j])
                 # IDs below 8 have no cells of their own, but the empty word stands for them
                 if (row_id & 7 and row_id > 7 and row_id != 4095) or row_id == 0:
                     value = int(rows[50 + (row & 15)]) + int(rows[66 + ((row >> 4) & 15)])
@@ -485,8 +500,8 @@ def likeliest_words(
                             if row_id == 0 or size & 1:
                                 second = value
                                 second_id = row_id
-                j += 1
-            i += 1
+                j -= 1
+            i -= 1
         if k < 9:
             k += 1
         else:

@@ -33,7 +33,7 @@ def map_reason(rows, known_ids=(), outer_mm10=1500, lens_mm10=0):
     for k in range(len(rows)):
         a = rows[k]
         if not within(known_ids, a[0]):
-            return "map has the unknown marker %d" % a[0]
+            return "map has marker %d, which is none of the allowed IDs" % a[0]
         if a[4] and a[4] <= lens_mm10:
             return "map has marker %d at the impossible height %d, the lens is at %d (0.1 mm)" % (
                 a[0],
