@@ -48,9 +48,9 @@ def test_rings_without_a_line_are_none():
     for shade, least_q8, found in (
         (35, 5000, -1),
         (36, 5000, 0),
-        (1000, 3072, 0),
-        (1001, 3072, -1),
-        (1001, 3071, 0),
+        (2000, 3072, 0),
+        (2001, 3072, -1),
+        (2001, 3071, 0),
     ):
         assert looked_at((9000,), least_q8, shade=shade)[0] == found, (shade, least_q8)
 
@@ -259,14 +259,30 @@ class Held:
 
 
 def test_rings_that_hold_and_are_none_are_not_fitted_again():
-    for good, radius_q8, lost in (
-        (14, 5120, LOST_FOR_GOOD),
-        (13, 5120, LOST_ON_THE_WAY),
-        (14, 5119, LOST_ON_THE_WAY),
+    for good, radius_q8, still, lost in (
+        (14, 5120, 1, LOST_FOR_GOOD),
+        (14, 5120, 0, LOST_ON_THE_WAY),
+        (13, 5120, 1, LOST_ON_THE_WAY),
+        (14, 5119, 1, LOST_ON_THE_WAY),
     ):
         reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
         reader._fits_left = 1
         reader.rings = Held(good)
         reader.rings.blur = reader.blur
+        reader.blur.still = still
         assert not reader._fit_rings(None, 0, 0, radius_q8, 0, 0)
         assert reader.rings.lost == lost
+
+
+def test_of_two_lines_in_a_still_picture_none_is_measured_further():
+    for rival, still, verdict in (
+        (187, 1, verdicts.TWO_ORIENTATIONS),
+        (186, 1, verdicts.NO_FIT),
+        (187, 0, verdicts.NO_FIT),
+    ):
+        reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+        reader.rings = NoFit()
+        reader.lines = FirstLook()
+        reader.lines.rival = rival
+        reader.blur.still = still
+        assert reader._examine_lines(None) == verdict

@@ -40,7 +40,7 @@ class Votes:
 
     def find(self, edges, first, count, every, left, right, top, bottom):
         self.asked.append((first, count, every))
-        for index, score in enumerate((300, 199, 164)):
+        for index, score in enumerate((300, 199, 139)):
             self.centres[3 * index : 3 * index + 3] = [score, 40000, 40000]
         return 3
 
@@ -71,12 +71,12 @@ def searching(scales):
 
 def test_least_scores():
     assert least_score(Scale()) == 200
-    assert least_score(Scale(clear=False)) == 165
+    assert least_score(Scale(clear=False)) == 140
     assert least_score(Scale(least=0)) == least_score(Scale(clear=False, least=0)) == 0
     for scale, kept in (
         (Scale(), [300]),
         (Scale(clear=False), [300, 199]),
-        (Scale(least=0), [300, 199, 164]),
+        (Scale(least=0), [300, 199, 139]),
     ):
         search = searching([scale])
         search.begin()
@@ -111,6 +111,14 @@ def test_when_a_search_goes_on_at_once():
     search.begin()
     # listing anew with the lower threshold is for frames in which nothing was found
     assert not search.wants_lower(search._scales) and not search.is_due(search._scales[0])
+    lower = []
+    for _ in range(10):
+        search.end(False)
+        search.begin()
+        lower.append(search.wants_lower(search._scales))
+        assert search.is_due(search._scales[0])
+    # after a while every other time
+    assert lower in ([True] * 6 + [False, True, False, True], [True] * 5 + 2 * [True, False] + [True])
 
 
 def test_after_a_while_without_a_marker_scales_take_turns():

@@ -24,7 +24,7 @@ _DEPTH_MOST = const(420)
 _HALF_LEAST = const(120)
 _LINE_RESIDUAL_MOST = const(200)  # what is no line leaves more, 1024 = as deep as the rings
 _BEYOND_MOST = const(110)  # a cable goes on where the line ends
-_RIVAL_MOST = const(72)  # percent of the line
+RIVAL_MOST = const(72)  # percent of the line
 _COMMON_MOST = const(170)  # what the empty positions share
 _EMPTY_MOST = const(90)
 _EMPTY_LEAST = const(-135)
@@ -92,7 +92,7 @@ class Acceptance:
             and self._rule(_BEYOND_MOST - lines.beyond, 80)
         ):
             return verdicts.NO_ORIENTATION
-        if not self._rule(_RIVAL_MOST - rival, 40):
+        if not self._rule(RIVAL_MOST - rival, 40):
             return verdicts.TWO_ORIENTATIONS
         if not self._rule(_COMMON_MOST - abs(lines.common), 80):
             return verdicts.NOT_EMPTY

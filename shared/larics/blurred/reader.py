@@ -18,7 +18,7 @@ except ImportError:
 from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, log_grey, sin_q14
 from larics.blurred import candidates as items
 from larics.blurred import uncertainty
-from larics.blurred.acceptance import Acceptance
+from larics.blurred.acceptance import RIVAL_MOST, Acceptance
 from larics.blurred.blur_model import BlurModel
 from larics.blurred.candidates import Candidates
 from larics.blurred.line_fit import BlurredLines
@@ -167,6 +167,8 @@ class BlurModelReader:
         if self._hidden and lines.noise <= _SHARP_NOISE:
             return verdicts.NOT_EMPTY
         rival = lines.rival * 100 // lines.depth
+        if self.blur.still and rival > RIVAL_MOST:
+            return verdicts.TWO_ORIENTATIONS  # as it would be told in the end
         if not self._settled:
             if not lines.refine_orientation(frame, rings, 1) or not lines.read_code(frame, rings):
                 return verdicts.NO_ORIENTATION
@@ -204,7 +206,7 @@ class BlurModelReader:
             return False
         if self.acceptance.rings(rings, 8, 10):
             return True
-        if rings.good > _GOOD_OF_MOTION and radius_q8 >= _LARGE_Q8:
+        if rings.blur.still and rings.good > _GOOD_OF_MOTION and radius_q8 >= _LARGE_Q8:
             rings.lost = LOST_FOR_GOOD
         return False
 

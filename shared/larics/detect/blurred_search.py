@@ -12,7 +12,7 @@ except ImportError:
 
 from larics.marker import verdicts
 
-_LEAST_SCORE = const(165)  # of a centre among blurred edges of a faint frame,
+_LEAST_SCORE = const(140)  # of a centre among blurred edges of a faint frame,
 _LEAST_SCORE_CLEAR = const(200)  # and where the frame has contrast
 _EMPTY_LONG = const(6)  # after so many frames without a marker one scale a frame is searched, in turns,
 _TOGETHER = const(2)  # where there are more than these
@@ -65,7 +65,7 @@ class BlurredSearch:
         """Ends a frame in which some marker was found, or none."""
         if found:
             self._empty = 0
-        elif self._empty < _EMPTY_LONG + len(self._scales) - 1:
+        elif self._empty < _EMPTY_LONG + max(2, len(self._scales)) - 1:
             self._empty += 1
         else:
             self._empty = _EMPTY_LONG
@@ -76,7 +76,10 @@ class BlurredSearch:
 
     def wants_lower(self, group):
         """Whether a group of scales is listed with the lower threshold at once."""
-        return self._empty > 0 and group[0].edges.needs_lower() and not all_searched(group)
+        if not self._empty or not group[0].edges.needs_lower() or all_searched(group):
+            return False
+        # where scales take no turns, the two thresholds do
+        return not self.is_sparing() or len(self._scales) > _TOGETHER or self._empty & 1 == 0
 
     def is_due(self, scale):
         """Whether a scale is to be searched at once, while its votes are there.

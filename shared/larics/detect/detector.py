@@ -308,7 +308,7 @@ class Detector:
             clear = scale.edges.is_clear()
             if verdict != verdicts.NO_RADIUS or not clear:
                 score = 0
-            elif score < least_score(scale):
+            elif score < least_score(scale) or scale.is_searched:
                 return False
             self.blur_reader.candidates.remember(
                 x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8,
