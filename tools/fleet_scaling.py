@@ -30,7 +30,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 @contextlib.contextmanager
 def cluster(folder, workers):
     """(address, processes) of a scheduler with so many workers of one thread."""
-    file = folder / ("scheduler%d.json" % workers)
+    file = folder / "scheduler.json"
+    file.unlink(missing_ok=True)
     paths = [str(ROOT / name) for name in ("shared", "host", ".")]
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(paths), NUMBA_NUM_THREADS="1")
     local = "--host", "127.0.0.1", "--no-dashboard"
@@ -113,21 +114,34 @@ def frame_work(folder, frames):
     return (batch._run, tasks), result
 
 
+def processor_s(process):
+    """Processor time that a process has taken."""
+    fields = pathlib.Path("/proc/%d/stat" % process.pid).read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def report(what, unit, count, work, result, folder):
+    before_s = time.process_time()
     here_s, answers = timed(work, None)
+    here_cpu_s = time.process_time() - before_s
     wanted = result(answers)
-    print("%s: here, one process %.2f s, %.3g %s/s" % (what, here_s, count / here_s, unit))
+    line = "%s: here %.2f s, %.3g %s/s, %.2f s of processor with warming up"
+    print(line % (what, here_s, count / here_s, unit, here_cpu_s))
     one_s = None
     for workers in (1, 2):
         with cluster(folder, workers) as (address, processes):
-            seconds, answers = min((timed(work, address, workers) for _ in range(2)), key=lambda one: one[0])
+            timed(work, address, workers)
+            taken = [processor_s(process) for process in processes]
+            before_s = time.process_time()
+            seconds, answers = timed(work, address, workers)
+            own_s = time.process_time() - before_s
+            taken = [processor_s(process) - took for process, took in zip(processes, taken, strict=True)]
             assert result(answers) == wanted, "the results differ"
             most = max(memory_mib(process) for process in processes[1:])
             one_s = one_s or seconds
-            print(
-                "%s: workers %d, %.2f s, %.3g %s/s, %.2f times one; largest worker %.0f MiB"
-                % (what, workers, seconds, count / seconds, unit, one_s / seconds, most)
-            )
+            line = "%s: workers %d, %.2f s, %.3g %s/s, %.2f times one; largest worker %.0f MiB; processor: "
+            print(line % (what, workers, seconds, count / seconds, unit, one_s / seconds, most), end="")
+            print("workers %.2f s, scheduler %.2f s, here %.2f s" % (sum(taken[1:]), taken[0], own_s))
 
 
 def main():

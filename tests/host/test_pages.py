@@ -12,7 +12,7 @@ import pytest
 from tests.host.test_dual import ROOT
 from tools import check_rules
 
-PAGES = ("docs/architecture.md", "docs/detector.md", "CONTRIBUTING.md", "README.md")
+PAGES = ("docs/architecture.md", "docs/detector.md", "docs/fleet.md", "CONTRIBUTING.md", "README.md")
 NAMED = re.compile(r"`((?:shared|firmware|host|tests|tools|docs)/[\w/.]+)(?::([\w.]+))?`")
 
 
