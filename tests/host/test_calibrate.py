@@ -55,6 +55,9 @@ def test_a_rendered_camera_is_found_within_the_tolerances(recordings, tmp_path, 
     found = json.loads(out.read_text())
     close_to_truth(found)
     assert found["ceiling_mm10"] == 27500 and (found["width"], found["height"]) == (360, 296)
+    sigmas = [found[name] for name in ("focal_sigma_ppm", "tilt_sigma_cdeg", "mount_sigma_cdeg")]
+    assert 100 < sigmas[0] < 3000 and 0 < sigmas[1] < 30 and 0 < sigmas[2] < 30, sigmas
+    assert 0 < found["camera_sigma_mm10"] < 100
     for path in (plot, tmp_path / "fit-turn.png"):
         assert path.read_bytes()[:4] == b"\x89PNG"
 

