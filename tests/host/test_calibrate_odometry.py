@@ -71,7 +71,7 @@ def test_without_turns_the_track_is_left_open(tmp_path, capsys):
 @pytest.mark.parametrize(
     "options, words",
     [
-        ({"seconds": 5}, "of 8 at least"),
+        ({"seconds": 5}, "of 4 at least"),
         ({"distort": lambda x, y, heading: (x / 2, y / 2, heading)}, "check its unit, sign and axes"),
     ],
 )

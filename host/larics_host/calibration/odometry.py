@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _WINDOW_MM, _LEAST_MM = 600.0, 300.0  # along one marker; from one to another
 _TURN_DEG = 60.0  # on the spot
 _LONGEST_MM = 20000.0
-_WINDOWS_LEAST = 8
+_LEGS_LEAST = 4  # from marker to marker
 _TURNS_LEAST = 4
 _SAME_MM, _SAME_DEG = 0.5, 0.05  # scatter along one marker
 _SCALE_LEAST_PPM, _DRIFT_LEAST_MDEG_M = 300, 50  # no drive tells it better for the next one
@@ -36,17 +36,27 @@ _MOST_DRIFT_DEG_M = 15.0
 
 @dataclass
 class Window:
-    """told_mm, turned_deg, forward_mm, way_mm: by odometry (distance, turn, the ways with and without sign);
-    longer_mm, more_deg: what the markers say that it was more; sigma_mm, sigma_deg: how well they say it."""
+    """turned_deg, forward_mm, way_mm: by odometry (turn, the ways with and without sign), and its steps,
+    (N, 3): forward mm, left mm, turn deg; driven_mm, more_deg: the distance by the markers, how much larger
+    the turn was; sigma_mm, sigma_deg: how well they say it."""
 
-    told_mm: float
+    steps: np.ndarray
     turned_deg: float
     forward_mm: float
     way_mm: float
-    longer_mm: float
+    driven_mm: float
     more_deg: float
     sigma_mm: float
     sigma_deg: float
+    along_one: bool  # along one marker: there the camera's own scale decides, not that of the map
+
+    def told_mm(self, turn: float, drift_deg_m: float) -> float:
+        """The distance by odometry, its turns put right."""
+        forward, left, turned = self.steps.T
+        turns = turned * (1 + turn) + drift_deg_m * forward / 1000
+        middles = np.radians(np.cumsum(turns) - turns / 2)
+        x = np.sum(forward * np.cos(middles) - left * np.sin(middles))
+        return float(math.hypot(x, np.sum(forward * np.sin(middles) + left * np.cos(middles))))
 
 
 @dataclass
@@ -100,31 +110,37 @@ class _Anchor:
     def __init__(self, pose, motion):
         self.pose, self.motion = pose, motion
         self.forward_mm = self.way_mm = self.turned_deg = 0.0
+        self.steps: list[tuple[float, float, float]] = []
 
     def go_on(self, before, now):
         dx, dy = (now.x_mm10 - before.x_mm10) / 10, (now.y_mm10 - before.y_mm10) / 10
         turned = _wrapped((now.heading_cdeg - before.heading_cdeg) / 100)
         middle = math.radians(before.heading_cdeg / 100 + turned / 2)
-        self.forward_mm += dx * math.cos(middle) + dy * math.sin(middle)
+        forward, left = (
+            dx * math.cos(middle) + dy * math.sin(middle),
+            dy * math.cos(middle) - dx * math.sin(middle),
+        )
+        self.steps.append((forward, left, turned))
+        self.forward_mm += forward
         self.way_mm += math.hypot(dx, dy)
         self.turned_deg += turned
 
     def window(self, pose, motion):
         first, same = self.pose, self.pose.id == pose.id
-        told = math.hypot(motion.x_mm10 - self.motion.x_mm10, motion.y_mm10 - self.motion.y_mm10) / 10
         driven = math.hypot(pose.x_mm10 - first.x_mm10, pose.y_mm10 - first.y_mm10) / 10
         turned = (pose.heading_cdeg - first.heading_cdeg) / 100
         sigmas_mm = [max(one.sigma_x_mm10, one.sigma_y_mm10) / 10 for one in (first, pose)]
         sigmas_deg = [one.sigma_cdeg / 100 for one in (first, pose)]
         return Window(
-            told,
+            np.array(self.steps),
             self.turned_deg,
             self.forward_mm,
             self.way_mm,
-            driven - told,
+            driven,
             _wrapped(turned - self.turned_deg),
             _SAME_MM if same else math.hypot(*sigmas_mm),
             _SAME_DEG if same else math.hypot(*sigmas_deg),
+            same,
         )
 
 
@@ -167,29 +183,29 @@ def _fit(told, missed, sigmas):
 def fit(windows: Iterable[Window], track_mm: float) -> Shares:
     """The Shares of the windows. UserError when they are too few, or contradict each other."""
     ways = [one for one in windows if one.way_mm < _LONGEST_MM]
-    legs = [one for one in ways if one.told_mm >= _LEAST_MM]
-    if len(legs) < _WINDOWS_LEAST:
+    legs = [one for one in ways if not one.along_one and one.driven_mm >= _LEAST_MM]
+    if len(legs) < _LEGS_LEAST:
         raise UserError(
-            "%s of way between or along markers, of %d at least: drive on, with the map and odometry in use"
-            % (counted(len(legs), "piece"), _WINDOWS_LEAST)
+            "%s from marker to marker, of %d at least: drive on, with the map and odometry in use"
+            % (counted(len(legs), "way"), _LEGS_LEAST)
         )
-    scale, scale_sigma, _ = _fit(
-        np.array([[one.told_mm] for one in legs]),
-        np.array([one.longer_mm for one in legs]),
-        np.array([math.hypot(one.sigma_mm, 0.002 * one.way_mm) for one in legs]),
-    )
     turns = sum(abs(one.turned_deg) >= _TURN_DEG for one in ways) >= _TURNS_LEAST
     columns = [[one.forward_mm / 1000, one.turned_deg if turns else 0.0] for one in ways]
     sigmas = np.array([math.hypot(one.sigma_deg, 0.1 * math.sqrt(one.way_mm / 1000)) for one in ways])
     slopes, spreads, left = _fit(np.array(columns), np.array([one.more_deg for one in ways]), sigmas)
+    told = np.array([one.told_mm(slopes[1], slopes[0]) for one in legs])
+    scale, scale_sigma, _ = _fit(
+        told[:, None],
+        np.array([one.driven_mm for one in legs]) - told,
+        np.array([math.hypot(one.sigma_mm, 0.002 * one.way_mm) for one in legs]),
+    )
     wheels = [
         (math.radians(off) ** 2 - math.radians(one.sigma_deg) ** 2) * track_mm**2 / 2 / one.way_mm
         for off, one in zip(left, ways, strict=True)
         if one.way_mm >= _LEAST_MM
     ]
-    noise_mm2_km = 1e6 * max(
-        0.0, float(np.median(wheels)) / 0.455
-    )  # the median of a square of a normal value
+    # 0.455: the median of the square of a normal value
+    noise_mm2_km = 1e6 * max(0.0, float(np.median(wheels)) / 0.455)
     shares = Shares(
         float(scale[0]), float(scale_sigma[0]), float(slopes[1]), float(spreads[1]) if turns else None,
         float(slopes[0]), float(spreads[0]), noise_mm2_km, len(ways),

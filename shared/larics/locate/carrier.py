@@ -16,6 +16,7 @@ except ImportError:
 
 from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
 from larics.locate.motion import scaled_q14
+from larics.locate.odometry import length
 from larics.locate.odometry_shares import OdometryShares, mrad_q4
 from larics.locate.uncertainty import log2_q4, times_q4
 from larics.wire.messages import WAY_UNKNOWN
@@ -231,8 +232,8 @@ class Carrier:
         that a single slip or a moved marker changes little."""
         self._grow()
         self._tell()
-        dx = min(20000, abs(fix.x_mm10 - self.x_mm10))
-        dy = min(20000, abs(fix.y_mm10 - self.y_mm10))
+        dx = max(-20000, min(20000, fix.x_mm10 - self.x_mm10))
+        dy = max(-20000, min(20000, fix.y_mm10 - self.y_mm10))
         off = mrad_q4(max(-6000, min(6000, wrap_cdeg(fix.heading_cdeg - self.heading_cdeg))))
         place, turn = _variance_q4(fix), _variance_of_heading_q8(fix)
         square_q4 = dx * dx // 25 * 64 // (self._xx + place) + dy * dy // 25 * 64 // (self._yy + place)
@@ -244,8 +245,25 @@ class Carrier:
         else:
             self._legs = min(_LEGS, self._legs + 1)
             step_q4 = max(_QUIETER_Q4, surprise_q4) // self._legs
+            self._learn_scale(dx, dy, place)
         self._loud_q4 = max(-_LOUDEST_Q4, min(_LOUDEST_Q4, self._loud_q4 + step_q4))
         self.shares.settle(self._loud_q4)
+
+    def _learn_scale(self, dx, dy, place_q4):
+        """From how far the marker lies off along the way since the last one."""
+        ahead, aside = self._rx >> 4, self._ry >> 4
+        if abs(ahead) > 120000 or abs(aside) > 120000:
+            return
+        distance = length(ahead, aside)
+        if distance <= _LEARN_MM10:
+            return
+        ux, uy = (ahead << 12) // distance, (aside << 12) // distance
+        along = dx * ux + dy * uy >> 12
+        cc, ss, cs = ux * ux >> 10, uy * uy >> 10, ux * uy >> 10
+        variance = scaled_q14(self._xx, cc) + 2 * scaled_q14(self._xy, cs) + scaled_q14(self._yy, ss)
+        variance = max(1, variance - (self._a * self._a >> 4) + place_q4)
+        variance_q8 = times_q4(min(variance, 1 << 19) << 4, -self._loud_q4)
+        self.shares.learn_scale(distance // 10, along * 8 // 5, variance_q8, self._loud_q4)
 
 
 def _variance_q4(fix):

@@ -109,7 +109,7 @@ class OdometryShares:
         self._x = self._y = self._heading = 0  # the anchor: by a marker ...
         self._odometry_x = self._odometry_y = self._odometry_heading = 0  # ... and by odometry
         self._entry = -1
-        self._scatter_mm10 = self._scatter_cdeg = 0
+        self._scatter_cdeg = 0
         self._forward = self._way = self._turned = 0  # since then, by odometry
 
     def carry(self, forward_mm10, way_mm10, turn_cdeg):
@@ -138,10 +138,9 @@ class OdometryShares:
             if fix.entry == self._entry and max(self._way, abs(dx), abs(dy)) < _WINDOW_MM10 >> 1:
                 if abs(self._turned) < _TURN_CDEG:
                     return  # as nearly always
-            driven_mm10 = length(dx, dy)
-            way_mm10 = max(self._way, driven_mm10)
+            way_mm10 = max(self._way, length(dx, dy))
             if way_mm10 >= (_WINDOW_MM10 if fix.entry == self._entry else _LEAST_MM10):
-                self._compare_way(fix, odometry, way_mm10, driven_mm10, loud_q4)
+                self._compare_way(fix, odometry, way_mm10, loud_q4)
             elif fix.entry == self._entry and abs(self._turned) >= _TURN_CDEG:
                 self._compare_turn(fix, odometry, loud_q4)
             elif fix.entry == self._entry:
@@ -151,7 +150,7 @@ class OdometryShares:
         self._heading, self._entry = fix.heading_cdeg, fix.entry
         self._odometry_x, self._odometry_y = odometry.x_mm10, odometry.y_mm10
         self._odometry_heading = odometry.heading_cdeg
-        self._scatter_mm10, self._scatter_cdeg = fix.scatter_mm10, fix.scatter_cdeg
+        self._scatter_cdeg = fix.scatter_cdeg
         self._forward = self._way = self._turned = 0
 
     def _missed_cdeg(self, fix, odometry):
@@ -189,12 +188,11 @@ class OdometryShares:
             self.turn.learn(told, missed - prior, variance)
             self.turn.settle(loud_q4)
 
-    def _compare_way(self, fix, odometry, way_mm10, driven_mm10, loud_q4):
+    def _compare_way(self, fix, odometry, way_mm10, loud_q4):
         if way_mm10 >= _FURTHEST_MM10:
             return
         missed_cdeg = self._missed_cdeg(fix, odometry)
         told_x, told_y = odometry.x_mm10 - self._odometry_x, odometry.y_mm10 - self._odometry_y
-        told_mm10 = length(told_x, told_y)
         apart_cdeg = _APART_CDEG + (abs(self._turned) >> 2) + way_mm10 * 6 // 100
         fits = abs(missed_cdeg) <= min(17000, apart_cdeg)
         fits = fits and self._apart_mm10(fix, told_x, told_y) <= _APART_MM10 + (way_mm10 >> 2)
@@ -208,18 +206,14 @@ class OdometryShares:
             prior = self.drift.in_all_q4(told) - self.drift.beyond_prior_q4(told)
             self.drift.learn(told, missed - prior, variance)
             self.drift.settle(loud_q4)
-        told = told_mm10 // 10
-        if told < _LEAST_MM:
-            return
-        missed = (driven_mm10 - told_mm10) * 8 // 5
-        scatter = self._scatter_mm10 * self._scatter_mm10 + fix.scatter_mm10 * fix.scatter_mm10
-        if fix.entry != self._entry:
-            scatter += 2 * fix.certain_mm10 * fix.certain_mm10
-        variance = scatter // 100 << 8 if scatter > 1 << 20 else (scatter << 8) // 100
-        variance = min(_MOST_VARIANCE, variance + times_q4(self._way * 131 >> 12, self._noise_q4))
-        if self._is_usual(self.scale, told, missed, variance, loud_q4):
-            prior = self.scale.in_all_q4(told) - self.scale.beyond_prior_q4(told)
-            self.scale.learn(told, missed - prior, variance)
+
+    def learn_scale(self, told, missed_q4, variance_q8, loud_q4):
+        """From one marker to the next odometry told so many mm, corrected by all that is known, and missed so
+        much of it (mm Q4). Along one marker the camera's own scale would decide."""
+        if told >= _LEAST_MM and self._is_usual(
+            self.scale, told, missed_q4 + self.scale.in_all_q4(told), variance_q8, loud_q4
+        ):
+            self.scale.learn(told, missed_q4 + self.scale.beyond_prior_q4(told), variance_q8)
             self.scale.settle(loud_q4)
 
     def _apart_mm10(self, fix, told_x, told_y):
