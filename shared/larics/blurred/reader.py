@@ -6,8 +6,9 @@ for one candidate a frame. It takes blur, defocus, tiny rings, tilt and faintnes
 picture shows to be hidden stays hidden.
 
 On a Cortex-M7 it takes 5 to 6 million instructions of a marker, up to 11 where other candidates come
-first, and 2 to 9 where there is no marker. Finding candidates among blurred lines takes one million more,
-2 to 4 when the range of radii begins below 10 px or is widened for tilt, and 7 to 13 from 10 to 66 px.
+first. Where there is no marker, it takes one million of most frames and up to 6 of those with look-alikes,
+and finding candidates among blurred lines 0.3, which rises to about 3 from 10 to 60 px before scales take
+turns.
 """
 
 try:

@@ -306,10 +306,10 @@ class Detector:
         is_turned = verdict == verdicts.ACCEPTED and direct.is_turned
         if (verdict or is_turned) and self.blur_reader is not None:
             clear = scale.edges.is_clear()
+            if verdict == verdicts.NO_RADIUS and (scale.is_searched or clear and score < least_score(scale)):
+                return False
             if verdict != verdicts.NO_RADIUS or not clear:
                 score = 0
-            elif score < least_score(scale) or scale.is_searched:
-                return False
             self.blur_reader.candidates.remember(
                 x_q8, y_q8, scale.radius_min_q8, scale.radius_max_q8,
                 verdicts.NO_ORIENTATION if is_turned else verdict, score, clear,

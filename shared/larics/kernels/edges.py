@@ -213,16 +213,16 @@ def thin_line_edges(
         position -= 32768
         dark = int(image[position + int(probes[probe + 1])])
         a = int(image[position + int(probes[probe])]) - dark
-        b = int(image[position + int(probes[probe + 2])]) - dark
+        b = 256
+        if a + a > threshold:
+            b = int(image[position + int(probes[probe + 2])]) - dark
         position += 32768
-        if a + a <= threshold:
-            a = 0 - 256
-        elif least2 > 0:
+        if b < 256 and least2 > 0:
             gx = int(image[position + reach]) - int(image[position - reach])
             gy = int(image[position + row_reach]) - int(image[position - row_reach])
             if gx * gx + gy * gy <= least2:
-                a = 0 - 256
-        if a * 3 >= b:
+                b = 256
+        if b < 256 and a * 3 >= b:
             edges[listed] = int(edges[kept])
             edges[kept] = position | (slot << 20)
             kept += 1
