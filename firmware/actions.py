@@ -2,7 +2,6 @@
 
 from larics.settings import field
 from larics.settings.fields import FIELDS, OUTPUT
-from larics.wire import messages as m
 from status import VERSION
 
 try:
@@ -24,8 +23,8 @@ _INFO_UNIQUE_ID = const(9)
 
 class Actions:
     """watch, settings, parts, faults   as in app.App; keeper: settings_store.SettingsStore, or None where
-    settings cannot be kept; board: its name; unique_id: of the processor, bytes. `outbox` is set when it is
-    made."""
+    settings cannot be kept; board: its name; unique_id: of the processor, bytes. `outbox` and `raw` are set
+    when they are made."""
 
     def __init__(self, watch, settings, parts, faults, keeper, board, unique_id):
         self._watch = watch
@@ -35,7 +34,7 @@ class Actions:
         self._keeper = keeper
         self._board, self._unique_id = board, unique_id
         self._copy = None
-        self.outbox = None
+        self.outbox = self.raw = None
 
     def info(self, values):
         values[_INFO_VERSION_MAJOR], values[_INFO_VERSION_MINOR], values[_INFO_VERSION_PATCH] = VERSION
@@ -70,9 +69,9 @@ class Actions:
             if self._copy is None or len(self._copy) != len(camera.frame):
                 self._copy = None
                 self._copy = bytearray(len(camera.frame))
-        except MemoryError:
-            self._faults.report(m.FAULT_MEMORY)
-            return None
+        except MemoryError:  # the frame itself, then, and no other until it is sent
+            self._watch.hold(self.raw)
+            return camera.frame, camera.width, camera.height, self._watch.frame_number
         self._copy[:] = camera.frame
         return self._copy, camera.width, camera.height, self._watch.frame_number
 

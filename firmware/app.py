@@ -70,7 +70,7 @@ class App:
             divider=settings.rate_divider,
             uptime=uptime,
         )
-        self.actions.outbox = self.outbox
+        self.actions.outbox, self.actions.raw = self.outbox, raw
         self.reports = Reports(self.outbox)
         self.status = Status(boot, self, clock)
         self.loop = Loop(self, clock)

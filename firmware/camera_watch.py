@@ -8,6 +8,7 @@ from larics.wire import messages as m
 
 _TIMEOUT_MS = SILENT_US // 1000
 _RETRY_MS = 2000
+_HELD_MS = 1500  # a frame that was sent stays for chunks that are asked for again
 _COPIES = 5  # in a row are a fault; one or two may come from a driver that was asked too early
 _BLIND = 10  # frames in a row, black or white: by then the exposure has tried
 
@@ -37,6 +38,8 @@ class CameraWatch:
         self.check = FrameCheck()
         self._copies = self._dark = self._white = 0  # in a row
         self._driver_number = -1  # the same as the driver counts it
+        self._held = None
+        self._held_ms = 0
         self._faults = faults
         self._clock = clock
         self._started = started
@@ -44,10 +47,29 @@ class CameraWatch:
         self._frame_ms = clock.ticks_ms()  # of the newest frame, or a time-out ago if that is later
         self._start_ms = self._frame_ms  # of the last start, or of the end of the opening that followed
 
+    def hold(self, raw):
+        """Fetches no frame until `raw`, a RawSender, has sent the newest one, and what may be asked again."""
+        self._held = raw
+        self._held_ms = self._clock.ticks_ms()
+
+    def _is_held(self, now_ms):
+        if self._held is None:
+            return False
+        if self._held.busy():
+            self._held_ms = now_ms
+        if self._clock.ticks_diff(now_ms, self._held_ms) < _HELD_MS:
+            self._frame_ms = self._start_ms = now_ms  # the camera is not to blame
+            return True
+        self._held.forget()
+        self._held = None
+        return False
+
     def grab(self):
         """True when `camera.frame` is a new frame. Never raises and never waits but for a start."""
         camera, faults, clock = self.camera, self._faults, self._clock
         now_ms = clock.ticks_ms()
+        if self._is_held(now_ms):
+            return False
         if not self._started:
             return self._restart(now_ms)
         try:

@@ -46,7 +46,7 @@ _STATUS_ODOMETRY_JUMPS = const(29)
 
 VERSION = tuple(int(part) for part in larics.__version__.split("."))
 
-_HEAP_EVERY = 10  # statuses: looking for free memory walks the whole heap
+_HEAP_EVERY = 30  # statuses: collecting and looking for free memory walks the whole heap
 _MEASURED_US = 500000  # a rate of less would be that of the start, not of the camera
 
 
@@ -86,6 +86,7 @@ class Status:
         """The values of a STATUS, valid until the next call; begins the next second."""
         values, app = self._values, self._app
         if not self._until_heap and hasattr(gc, "mem_free"):
+            gc.collect()  # what is free, and not what has not been collected yet
             self._free_bytes = gc.mem_free() & m.COUNT_MAX
             self._until_heap = _HEAP_EVERY
         self._until_heap -= 1

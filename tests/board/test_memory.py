@@ -2,9 +2,11 @@
 
 import gc
 import sys
+from binascii import crc32
 
 from board_parts import Clock, Uart, make_app, marker
 
+import actions
 import parts
 from larics.settings import field
 from larics.wire import codec as protocol
@@ -149,6 +151,43 @@ def test_a_map_that_does_not_fit_leaves_the_one_before():
     app.parts.sensor.rebuild = real
     assert app.parts.sensor.navigator is navigator and app.parts.sensor.detector is not None
     assert app.faults.last == m.FAULT_MEMORY and not app.faults.active
+
+
+def test_without_memory_for_a_copy_the_frame_itself_is_sent_and_no_other_comes_meanwhile():
+    program = Program()
+    program.run(300)
+    app = program.app
+
+    def none(size):
+        raise MemoryError
+
+    actions.bytearray = none
+    try:
+        encoder = protocol.Encoder()
+        program.collected()
+        program.uart.incoming += bytes(
+            encoder.buffer[: encoder.encode(m.GET_RAW, message_values(m.GET_RAW, token=9))]
+        )
+        program.run(200)
+        frames = program.frames()
+        while app.commands._raw.busy():
+            program.run(50)
+        assert program.frames() == frames and not app.faults.total
+    finally:
+        del actions.bytearray
+    crcs, pixels = [], bytearray()
+
+    def take(number, sequence, values):
+        if number == m.RAW_HEADER:
+            crcs.append((values[at(number, "crc_low")], values[at(number, "crc_high")]))
+        elif number == m.RAW_CHUNK:
+            pixels.extend(values[at(number, "data")])
+
+    protocol.Decoder(take).feed(program.uart.sent, len(program.uart.sent))
+    crc = crc32(bytes(pixels[: 160 * 120]))
+    assert crcs == [(crc & 0xFFFF, crc >> 16)]
+    program.run(3000)
+    assert program.frames() > frames + 10 and app.commands._raw.token == -1
 
 
 def test_the_heap_decides_how_often_it_is_collected_while_loading():

@@ -269,7 +269,7 @@ typedef struct {
     uint32_t frame_us; /* mean time from frame to frame in this second, if any, us */
     uint32_t detect_us; /* mean time of a detection in this second, if any, us */
     uint32_t latency_us; /* longest time from capture to sending of it, if any, us */
-    uint32_t free_bytes; /* free heap */
+    uint32_t free_bytes; /* free heap after a collection, measured each 30 s */
     uint32_t unanswered; /* commands left unanswered, because too many came at once */
     uint32_t clamped; /* values reported as the nearest that their field can hold */
     uint32_t odometry_used; /* ODOMETRY messages taken into use */

@@ -94,7 +94,7 @@ class Status(NamedTuple):
     frame_us: int  # mean time from frame to frame in this second, if any, us
     detect_us: int  # mean time of a detection in this second, if any, us
     latency_us: int  # longest time from capture to sending of it, if any, us
-    free_bytes: int  # free heap
+    free_bytes: int  # free heap after a collection, measured each 30 s
     unanswered: int  # commands left unanswered, because too many came at once
     clamped: int  # values reported as the nearest that their field can hold
     odometry_used: int  # ODOMETRY messages taken into use

@@ -68,6 +68,14 @@ class RawSender:
         self._left[0] = self.chunks
         self._header_due = True
 
+    def forget(self):
+        """Lets go of the frame: its buffer may take another one."""
+        self.token = -1
+        self._pixels = b""
+        self._header_due = False
+        for k in range(_RANGES):
+            self._left[k] = 0
+
     def repeat_header(self):
         self._header_due = True
 

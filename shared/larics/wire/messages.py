@@ -226,7 +226,7 @@ MESSAGES = (
             ("frame_us", "I", "us", 0, COUNT_MAX, "mean time from frame to frame in this second, if any"),
             ("detect_us", "I", "us", 0, COUNT_MAX, "mean time of a detection in this second, if any"),
             ("latency_us", "I", "us", 0, COUNT_MAX, "longest time from capture to sending of it, if any"),
-            ("free_bytes", "I", "", 0, COUNT_MAX, "free heap"),
+            ("free_bytes", "I", "", 0, COUNT_MAX, "free heap after a collection, measured each 30 s"),
             ("unanswered", "I", "", 0, COUNT_MAX, "commands left unanswered, because too many came at once"),
             ("clamped", "I", "", 0, COUNT_MAX, "values reported as the nearest that their field can hold"),
             ("odometry_used", "I", "", 0, COUNT_MAX, "ODOMETRY messages taken into use"),
