@@ -170,6 +170,51 @@ def raises(function, *arguments):
     return False
 
 
+class Image:
+    """As an OpenMV image gives its pixels."""
+
+    def __init__(self, pixels):
+        self.pixels = pixels
+
+    def bytearray(self):
+        return self.pixels
+
+
+def arrays():
+    """numpy, ulab's where that is built in, else None: the unix port of PyPI has neither."""
+    for name in ("ulab.numpy", "numpy"):
+        try:
+            return __import__(name, None, None, ("array",))
+        except ImportError:
+            pass
+    return None
+
+
+def test_images_and_dense_arrays_are_frames_as_they_lie():
+    frame = drawn(*DRAWN[0])
+    finder = detector()
+
+    def seen(frame):
+        return [(one.marker_id, one.x_q8, one.y_q8, one.heading_cdeg) for one in finder.detect(frame)]
+
+    expected = seen(frame)
+    assert len(expected) == 1 and expected[0][0] == 3
+    if not hasattr(memoryview, "cast"):  # MicroPython
+        assert seen(Image(frame)) == expected
+    np = arrays()
+    if np is not None:
+        pixels = np.frombuffer(frame, dtype=np.uint8)
+        assert seen(pixels) == expected
+        rows = pixels.reshape((HEIGHT, WIDTH))
+        assert seen(rows) == expected
+        taller = np.zeros((HEIGHT + 2, WIDTH), dtype=np.uint8)
+        taller[1 : HEIGHT + 1, :] = rows
+        assert seen(taller[1 : HEIGHT + 1]) == expected, "a dense view"
+        wider = np.zeros((HEIGHT, 2 * WIDTH), dtype=np.uint8)
+        assert raises(finder.detect, wider[:, ::2]), "a view with gaps"
+        assert raises(finder.detect, np.zeros(WIDTH * HEIGHT, dtype=np.uint16))
+
+
 def test_memory_is_stated_and_bounded():
     known = Detector(360, 296, 25, 35)
     assert 16 * 1024 < known.memory() <= 96 * 1024

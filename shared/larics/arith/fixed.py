@@ -13,8 +13,23 @@ try:
     def table16(data):
         return data
 
+    _FLAT = (bytearray, bytes, memoryview)  # made once: it would be allocated with each frame
+
     def frame_view(frame):
-        return frame
+        """A frame as a flat buffer: an OpenMV image or a dense array of ulab as it lies, the rest as it is.
+
+        Raises ValueError when the items are not single bytes or not side by side."""
+        if isinstance(frame, _FLAT):
+            return frame
+        if hasattr(frame, "bytearray"):  # an image
+            return frame.bytearray()
+        try:
+            view = memoryview(frame)
+        except (TypeError, ValueError):  # ulab refuses views with gaps
+            view = None
+        if view is None or view.itemsize != 1:
+            raise ValueError("a frame is a contiguous buffer of 8-bit pixels")
+        return view
 
     _kept = {}
 except ImportError:

@@ -156,7 +156,8 @@ class Detector:
         return total
 
     def detect(self, frame):
-        """The markers in a frame: a buffer of width * height bytes, rows from the top.
+        """The markers in a frame: a buffer of width * height bytes, rows from the top; also an OpenMV image,
+        or a dense array of numpy or ulab.
 
         Returns a list of Detection, best first, that is reused: copy what must outlive the next frame.
         ValueError when the frame has another size."""
