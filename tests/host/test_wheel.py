@@ -6,7 +6,9 @@ import sys
 
 import pytest
 
+from larics_host.connection.pty_pair import PtyPair
 from tests.host.test_dual import ROOT
+from tests.host.test_flash import Board
 
 FRAME = ROOT / "tests/frames/sunny_r30_1000_0.pgm"
 
@@ -50,6 +52,31 @@ def test_detect_and_marker(installed, tmp_path):
     assert done.returncode == 0 and '"id": 4' in done.stdout, done.stderr
     assert larics(installed, tmp_path, "marker", "3", "-o", "m.pdf").returncode == 0
     assert (tmp_path / "m.pdf").stat().st_size > 1000
+
+
+def test_a_board_is_flashed_from_it(installed, tmp_path):
+    with PtyPair() as cable:
+        board = Board(cable, tmp_path / "flash.img")
+        try:
+            board.power_on()
+            done = larics(installed, tmp_path, "flash", "--port", board.port)
+        finally:
+            board.close()
+    assert done.returncode == 0 and "first installation" in done.stdout, done.stderr
+    assert done.stdout.splitlines()[-1].strip().startswith("larics 0.1.0 runs on OpenMV RT1062")
+
+
+def test_frames_are_rendered_and_held_against_their_truth(installed, tmp_path):
+    assert (
+        larics(installed, tmp_path, "simulate", "--frames", "2", "--seed", "5400", "-o", "f").returncode == 0
+    )
+    done = larics(installed, tmp_path, "validate", "f", "--radius-px", "25:36", "--min-read", "100")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_what_the_packages_need_beside_their_modules_is_in_it(installed):
+    for name in ("monitor/page.html", "detection/live_page.html", "drive/controller.c"):
+        assert (installed / "larics_host" / name).stat().st_size > 1000
 
 
 def test_the_firmware_runs_from_it(installed, tmp_path):
