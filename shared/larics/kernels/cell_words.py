@@ -25,6 +25,7 @@ _LEAST_CELLS = const(12)
 _ALL_WHITE = const(20)  # cells that must have been looked at, for none of them to be dark to tell something
 _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
 _ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
+_TOO_NEAR = const(78)  # a word other than the empty one is not told when a second costs less than that more
 _CERTAIN = const(400)  # so much, where some cells tell nothing or contradict: the best of margins
 _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
@@ -526,7 +527,9 @@ def likeliest_words(
             while i + contradicted < 8:
                 least += int(rows[171 + count - i])
                 i += 1
-            if k == 12 and least < second and least - best < _ENOUGH:
+            if best_id and least >= best and second - best < _TOO_NEAR:
+                k = 13  # neither would another word be told nor this one
+            elif k == 12 and least < second and least - best < _ENOUGH:
                 k = 0
             else:
                 k = 13
