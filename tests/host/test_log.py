@@ -98,6 +98,16 @@ def test_an_id_that_is_none_or_uncertain_is_null_and_comes_back(tmp_path):
     assert b"".join(piece.data for piece in read_pieces(tmp_path / "out.jsonl")) == data
 
 
+def test_a_file_that_is_read_is_never_written(tmp_path, capsys):
+    data = wire((m.MARKER, marker_values(7)))
+    (tmp_path / "run.bin").write_bytes(data)
+    arguments = ["log", "--input", str(tmp_path / "run.bin"), "-o", str(tmp_path / "run"), "--force"]
+    assert cli.main([*arguments, "--raw"]) == 2
+    assert "would overwrite" in capsys.readouterr().err
+    assert cli.main(arguments) == 0
+    assert (tmp_path / "run.bin").read_bytes() == data and (tmp_path / "run.csv").exists()
+
+
 def test_existing_files_are_kept(tmp_path, capsys):
     (tmp_path / "run.bin").write_bytes(wire((m.MARKER, marker_values(7))))
     (tmp_path / "out.csv").write_text("precious")

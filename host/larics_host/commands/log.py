@@ -111,7 +111,18 @@ def _opened(args):
     from larics_host.connection.byte_sources import FileSource
     from larics_host.connection.lines import open_line
 
-    return open_line(args.port, args.baud) if args.port else FileSource(args.input)
+    if args.port:
+        return open_line(args.port, args.baud)
+    _refuse_to_overwrite(args.input, args)
+    return FileSource(args.input)
+
+
+def _refuse_to_overwrite(path, args):
+    """UserError when a file that is read would be written: it would be emptied before its first byte is read."""
+    written = {".csv": True, ".jsonl": True, ".mcap": args.mcap, ".bin": args.raw}
+    outputs = [args.output + suffix for suffix, is_written in written.items() if is_written and args.output]
+    if os.path.realpath(path) in map(os.path.realpath, outputs):
+        raise UserError("-o %s would overwrite %s, which is read: choose another -o" % (args.output, path))
 
 
 def _converted(args, ros):
@@ -128,9 +139,7 @@ def _converted(args, ros):
         if not ros.settings and (path / SETTINGS).exists():
             ros.settings = read_file(path / SETTINGS)
         path = path / (MESSAGES + ".jsonl")
-    outputs = [args.output + suffix for suffix in (".csv", ".jsonl", ".mcap")] if args.output else []
-    if os.path.realpath(path) in map(os.path.realpath, outputs):
-        raise UserError("-o %s would overwrite %s, which is read: choose another -o" % (args.output, path))
+    _refuse_to_overwrite(path, args)
     next(read_pieces(path))  # what cannot be read replaces nothing
     start_ns = start_of(path)
     if start_ns is None and (args.mcap or args.bag):
