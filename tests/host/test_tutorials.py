@@ -18,6 +18,7 @@ LEFT = {
     "first_marker": ({"marker.pdf", "small.pdf", "drawn", "found.jsonl", "report.html", "run.csv"}, "cells"),
     "calibrate": ({"calibrated.json", "fit.png"}, "+-"),
     "webcam": ({"drive.csv", "drive.jsonl"}, "0 damaged"),
+    "ros2": ({"drive/metadata.yaml", "again/metadata.yaml"}, "/larics/pose"),
     "autopilot": ({"hall.json", "drive.mav"}, "VISION_POSITION_ESTIMATE"),
 }
 

@@ -118,7 +118,7 @@ def _opened(args):
 
 
 def _refuse_to_overwrite(path, args):
-    """UserError when a file that is read would be written: it would be emptied before its first byte is read."""
+    """UserError when a file that is read would be written: it would be emptied first."""
     written = {".csv": True, ".jsonl": True, ".mcap": args.mcap, ".bin": args.raw}
     outputs = [args.output + suffix for suffix, is_written in written.items() if is_written and args.output]
     if os.path.realpath(path) in map(os.path.realpath, outputs):
