@@ -19,6 +19,7 @@ LEFT = {
     "calibrate": ({"calibrated.json", "fit.png"}, "+-"),
     "webcam": ({"drive.csv", "drive.jsonl"}, "0 damaged"),
     "ros2": ({"drive/metadata.yaml", "again/metadata.yaml"}, "/larics/pose"),
+    "fleet": ({"fleet.html", "tables"}, "2 vehicles"),
     "autopilot": ({"hall.json", "drive.mav"}, "VISION_POSITION_ESTIMATE"),
 }
 
