@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 
 _USUAL_MM = LARICS3.outer_mm10 / 10
+_ROOM_PT = 14.0  # radius of a plate that has room for its ID
 _ELLIPSE_MM = 900.0  # half the length of the largest one
 
 
@@ -48,7 +49,12 @@ def draw_map(
         end = share * LARICS3.orientation_end_mm10 / 10
         cos, sin = math.cos(turn), math.sin(turn)
         axes.plot([x + ring * cos, x + end * cos], [y + ring * sin, y + end * sin], color="black", zorder=3)
-        axes.text(x, y, str(marker.id), ha="center", va="center", fontsize=9, weight="bold", zorder=4)
+        small = 72 * plate * scale < _ROOM_PT
+        axes.annotate(
+            str(marker.id), (x, y), xytext=(0, 72 * plate * scale + 5 if small else 0),
+            textcoords="offset points", ha="center", va="center", fontsize=7 if small else 9,
+            weight="bold", zorder=4,
+        )  # fmt: skip
     axes.set_xlim(min(xs) - 600, max(xs) + 600)
     axes.set_ylim(min(ys) - 600, max(ys) + 600)
     axes.set_aspect("equal")

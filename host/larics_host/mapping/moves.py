@@ -21,6 +21,7 @@ from larics_host.mapping.wheels import TRACK_MM
 
 _ENOUGH = 2  # readings of a side
 _PLATE_MM = 450.0  # plates have no room nearer to each other
+_ODD_SHARE = 0.15  # of its readings may not go with the others of their side
 _NEAR = 2  # passages beside one, whose readings have to agree
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
 _SLIP_MM = 10.0  # of a wheel
@@ -54,14 +55,20 @@ def find_moves(graph: Graph, places: dict[int, Place]) -> list[Move]:
 
 
 def _split(graph, readings):
-    """(earlier, later) readings of a place, of which those of one side count and the others do not."""
+    """(earlier, later) readings of a place, of which those of one side count and the others do not; a few
+    that do not go with their side are left out."""
+    best = None
     for k in range(1, len(readings)):
-        earlier, later = readings[:k], readings[k:]
-        if len({one.used for one in earlier}) > 1 or len({one.used for one in later}) > 1:
-            continue
-        if earlier[0].used != later[0].used and all(_agree(graph, side) for side in (earlier, later)):
-            return earlier, later
-    return None
+        for first in (True, False):
+            earlier = [one for one in readings[:k] if one.used == first]
+            later = [one for one in readings[k:] if one.used != first]
+            odd = len(readings) - len(earlier) - len(later)
+            few = odd <= _ODD_SHARE * len(readings) and (best is None or odd < best[0])
+            if earlier and later and few:
+                best = odd, earlier, later
+    if best is None or not all(_agree(graph, side) for side in best[1:]):
+        return None
+    return best[1], best[2]
 
 
 def _where(graph, one):
