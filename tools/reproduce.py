@@ -26,8 +26,10 @@ from larics_host.errors import UserError, report
 from larics_host.plots import png
 from tools import method_figures
 from tools.reproduce_report import write_report
+from tools.reproduce_survey import survey
 
 SEED = 5000
+_SURVEY = "survey"  # beside the conditions: see tools/reproduce_survey.py
 _DRIVERS = {"larics": "ours", "paper": "the published method", "odometry": "ours, with odometry"}
 # (condition, method at the wheel, methods that look at the same frames); "odometry": ours, and the vehicle
 # tells of its wheels
@@ -93,22 +95,27 @@ def _progress(name, driver):
     return tell
 
 
+def _read(path):
+    return json.loads(path.read_text()) if path.exists() else None
+
+
 def main(argv=None):
     """Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    names = [*fields.CONDITIONS, _SURVEY]
     parser.add_argument("-o", "--output", default="build/reproduce", metavar="DIR")
     parser.add_argument("--on", default="micropython", choices=("micropython", "cpython"))
     parser.add_argument("--controller", default="c", choices=("c", "python"), help="what drives")
-    parser.add_argument("--only", metavar="NAME,NAME", help="conditions: " + ", ".join(fields.CONDITIONS))
+    parser.add_argument("--only", metavar="NAME,NAME", help="conditions: " + ", ".join(names))
     parser.add_argument(
         "--seconds", type=float, metavar="S", help="length of every drive, instead of its own"
     )
     args = parser.parse_args(argv)
-    only = args.only.split(",") if args.only else list(fields.CONDITIONS)
+    only = args.only.split(",") if args.only else names
     try:
         for name in only:
-            if name not in fields.CONDITIONS:
-                raise UserError("unknown condition %s: choose from %s" % (name, ", ".join(fields.CONDITIONS)))
+            if name not in names:
+                raise UserError("unknown condition %s: choose from %s" % (name, ", ".join(names)))
         folder = Path(args.output)
         folder.mkdir(parents=True, exist_ok=True)
         stored = folder / "scores.json"
@@ -122,7 +129,7 @@ def main(argv=None):
             order = [(row[0], row[1]) for row in DRIVES]
             scores.sort(key=lambda s: order.index((s["condition"], s["driver"])))
             stored.write_text(json.dumps(scores, indent=1) + "\n")
-            write_report(folder / "report.md", scores)
+            write_report(folder / "report.md", scores, None)
             wire = result["methods"]["wire"]
             print(
                 "%-12s %-7s %5d frames  %d of %d IDs right  laps %d of %d  %.0f s"
@@ -132,6 +139,11 @@ def main(argv=None):
                 ),
                 flush=True,
             )
+        surveyed = folder / "survey.json"
+        if _SURVEY in only:
+            surveyed.write_text(json.dumps(survey(SEED, args, folder), indent=1) + "\n")
+        if scores or surveyed.exists():
+            write_report(folder / "report.md", scores, _read(surveyed))
     except UserError as error:
         report(error)
         return 2

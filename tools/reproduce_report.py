@@ -4,6 +4,7 @@ from larics.wire import messages as m
 from larics.wire.codec import frame_size
 from larics_host.drive.field import ASSUMED
 from larics_host.drive.simulation import BAUD, LATENCY_S
+from tools.reproduce_survey import section
 
 # rates of correct IDs that the publication gives for its tables 1 to 3
 PUBLISHED = {"cloudy": (1, 92), "sunny": (2, 96), "double": (3, 93)}
@@ -138,8 +139,9 @@ def _totals(scores):
     ]
 
 
-def write_report(path, scores):
-    """Writes the report of these scores, with the pictures that lie beside it."""
+def write_report(path, scores, surveyed=None):
+    """Writes the report of these scores, with the pictures that lie beside it; surveyed: of
+    reproduce_survey."""
     beside = "" if (path.parent / "method_votes.png").exists() else "../"
     lines = ["# The published experiment, driven again", ""]
     lines += [
@@ -167,6 +169,7 @@ def write_report(path, scores):
         "an error is the same in every frame, so the reported sigma does not contain it.",
         "",
         *_totals(scores),
+        *(section(surveyed) if surveyed else []),
         "## What was assumed where the publication is silent",
         "",
     ]

@@ -85,6 +85,7 @@ class Trace:
     fault_codes: set = of(default_factory=set)
     line_errors: int = 0
     line_bytes: int = 0
+    wire: bytearray = of(default_factory=bytearray)  # all whole frames that the camera sent
     ages_us: list = of(default_factory=list)
     pictures: list = of(default_factory=list)  # (time, frame, caption) of those kept
     suspects: list = of(default_factory=list)  # the same of frames with a wrong or false ID on the wire
@@ -240,6 +241,7 @@ class Simulation:
         """The firmware has done with the frame exposed at now_s."""
         line = self._talk.until(now_s + LATENCY_S) if self._talk else ()
         messages = firmware.exchange(picture, index, int(now_s * 1e6), line)
+        self.trace.wire += firmware.last_bytes
         arrives_s = now_s + LATENCY_S
         for frame_bytes in firmware.last_bytes.split(b"\0")[:-1]:
             arrives_s += (len(frame_bytes) + 1) * 10 / BAUD

@@ -134,7 +134,7 @@ def build(
     )
     for k, number in enumerate(numbers):
         x, y, heading = graph.places[number]
-        built.poses[number] = (float(x), float(y), math.degrees(heading) % 360)
+        built.poses[number] = (float(x), float(y), round(math.degrees(heading), 2) % 360)
         built.covariances[number] = covariance[3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
     built.passages = len(passages)
     built.aside = unread
