@@ -176,4 +176,7 @@ class Loop:
         if app.sentinel is not None:
             app.sentinel.settled(values[_STATUS_UPTIME_S])
         if app.banner and values[_STATUS_UPTIME_S] <= _BANNER_S:
-            print(app.banner)
+            if app.status.frames:
+                print(app.banner)
+            else:  # whoever has just flashed the board must not take it for running
+                print("larics: no frame processed yet, faults %x" % app.faults.active)

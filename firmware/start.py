@@ -22,7 +22,11 @@ def identity():
 
         return omv.arch()
     except ImportError:
+        pass
+    try:
         return os.uname().machine
+    except AttributeError:  # some ports leave it out
+        return getattr(sys.implementation, "_machine", sys.platform)
 
 
 def make_camera(board, settings):

@@ -248,7 +248,11 @@ def test_only_what_is_known_is_said_of_a_start_that_failed(board, tmp_path, monk
             "A1) has not come back within 30 s: whether the new program runs is not known",
         ),
         ("", True, "it says nothing; whether it runs is not known, the program before is still on its flash"),
-        ("boot\r\nMPY: soft reboot\r\n", True, "it says: MPY: soft reboot; whether it runs is not known"),
+        (
+            "boot\r\nMPY: soft reboot\r\n",
+            True,
+            "it says: boot / MPY: soft reboot; whether it runs is not known",
+        ),
         (
             "the program in /flash/larics_b cannot be loaded\r\nTraceback:\r\nImportError: no x\r\nruns",
             True,

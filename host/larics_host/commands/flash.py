@@ -18,6 +18,7 @@ larics flash --port /dev/ttyACM0
 """
 
 _BANNER_S = 30
+_LAST_LINES = 3  # of the console, when the program does not report
 _PROMPTS = (">>>", "Type ", "MicroPython ", "OpenMV ")  # what a board says that starts nothing
 
 
@@ -65,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
             print("installed; the program starts at the next reset")
             return 0
         device = identity_of(port)
+        session.remove_tree(plan.root + install.DATA_FOLDER + "/starts")  # no fast resets in a row
         session.reset()
     return _wait_for_start(port, device, args.wire, board, plan)
 
@@ -126,7 +128,7 @@ def _why_not_started(text, back, port, device, wanted, failed, plan):
     if plan.is_update:
         before = "the program before is still on its flash"
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith(_PROMPTS)]
-    said = "it says: " + lines[-1] if lines else "it says nothing"
+    said = "it says: " + " / ".join(lines[-_LAST_LINES:]) if lines else "it says nothing"
     return "the board did not report the new program within %d s, %s; whether it runs is not known, %s" % (
         _BANNER_S,
         said,
