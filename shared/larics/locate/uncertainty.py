@@ -124,7 +124,7 @@ class OdometryNoise:
 
     def __init__(
         self, scale_ppm=0, turn_ppm=0, drift_mdeg_m=0, scale_sigma_ppm=7000, turn_sigma_ppm=7000,
-        drift_sigma_mdeg_m=2700, noise_mm2_km=2500, speed_noise_us=60, track_mm=300,
+        drift_sigma_mdeg_m=2700, noise_mm2_km=2500, speed_noise_us=240, track_mm=300,
     ):  # fmt: skip
         self.scale_q20 = _share_q20(scale_ppm)
         self.turn_q20 = _share_q20(turn_ppm)

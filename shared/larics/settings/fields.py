@@ -265,7 +265,7 @@ FIELDS = (
           "that of the drift"),
     Field(86, "odometry_noise_mm2_km", NAVIGATOR, "int", 2500, 0, 250000, "mm2/km",
           "variance of a wheel's way; 25,000 a slip each metre"),
-    Field(87, "odometry_speed_noise_us", NAVIGATOR, "int", 60, 0, 10000, "us",
+    Field(87, "odometry_speed_noise_us", NAVIGATOR, "int", 240, 0, 10000, "us",
           "the same times the speed: what encoders do not see"),
     Field(88, "odometry_track_mm", NAVIGATOR, "int", 300, 20, 5000, "mm", "between the wheels"),
 )
