@@ -1,7 +1,12 @@
 """The rules of the house hold, and their checker catches what breaks them."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 
+from tests.host.test_dual import ROOT
 from tools import check_rules, make_tables
 
 KERNEL = '''"""One kernel."""
@@ -167,3 +172,17 @@ def test_a_violation_in_a_tree_is_reported_with_its_place(tmp_path):
 def test_public_functions_of_the_host_are_annotated(source, expected):
     assert texts("host/larics_host/x.py", source) == expected
     assert texts("firmware/x.py", source) == []
+
+
+def test_a_folder_named_micropython_on_the_path_changes_nothing(tmp_path):
+    (tmp_path / "micropython").mkdir()
+    code = (
+        "import importlib, pkgutil, larics, larics_vehicle\n"
+        "for package in (larics, larics_vehicle):\n"
+        "    for module in pkgutil.walk_packages(package.__path__, package.__name__ + '.'):\n"
+        "        importlib.import_module(module.name)\n"
+    )
+    path = os.pathsep.join([str(tmp_path), str(ROOT / "shared")])
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, env=dict(os.environ, PYTHONPATH=path), capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr[-2000:]

@@ -5,6 +5,7 @@
 
 try:
     import micropython
+    from micropython import const  # noqa: F401  (a folder of that name has none)
 except ImportError:
     from larics._cpython import micropython, ptr8, ptr16
 

@@ -7,6 +7,7 @@ any 8-bit frame of at most 1024x1024 pixels and rings of at most 100 px.
 
 try:
     import micropython
+    from micropython import const  # noqa: F401  (a folder of that name has none)
 except ImportError:
     from larics._cpython import micropython, ptr8, ptr16, ptr32
 

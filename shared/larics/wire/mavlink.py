@@ -129,7 +129,10 @@ class MavlinkEncoder:
         if not self._is_sent:
             return False
         uptime = self._uptime
-        passed_ms = min(100, uptime.s - self._sent_s) * 1000 + (uptime.us - self._sent_us) // 1000
+        passed_s = uptime.s - self._sent_s
+        if not 0 <= passed_s <= 100:
+            passed_s = 100  # and any way is possible
+        passed_ms = passed_s * 1000 + (uptime.us - self._sent_us) // 1000
         reach_q2 = _JUMP_MM10 + self._max_speed_mm_s * passed_ms // 50 >> 2  # twice the speed
         if abs((values[_POSE_X_MM10] >> 2) - (self._x_mm10 >> 2)) > reach_q2:  # within 30 bits
             return True
