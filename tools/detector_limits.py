@@ -32,7 +32,7 @@ NO_LIMITS = {
     "shared/larics/direct/line_reader.py": {"POSITIONS"},
     "shared/larics/direct/robust_centre.py": {"_ROBUST_PARAMETERS", "_ROBUST_SCALE", "_ROBUST_SQUARE"},
     "shared/larics/direct/acceptance.py": {"_RULES", "_IN_DOUBT"},
-    "shared/larics/coded/cell_reader.py": {"PLAIN", "UNKNOWN", "_NEVER", "_PLAIN_COST"},
+    "shared/larics/coded/cell_reader.py": {"PLAIN", "UNKNOWN", "_NEVER"},
     "shared/larics/detect/detector.py": {"_FAMILY_MM10"},
     "shared/larics/blurred/candidates.py": {
         *("_ITEMS", "_KIND", "X_Q8", "Y_Q8", "LEAST_Q8", "MOST_Q8", "VERDICT", "LOOKED", "SCORE", "X_Q10"),

@@ -29,8 +29,8 @@ def cell_weights(random):
         for noise in (1, 60, 400, 40000):
             for hidden in (0, 5, 11, 24):
                 depths = _depths(random, marker_id, noise, hidden, 40 * hidden)
-                yield (ints(48, random), 0, 0, depths, random.below(1 << 24), zeros32(26))
-    yield (ints(48, random), 0, 0, zeros32(72), 0, zeros32(26))
+                yield (0, 0, ints(48, random), depths, random.below(1 << 24), zeros32(26))
+    yield (0, 0, ints(48, random), zeros32(72), 0, zeros32(26))
 
 
 def likeliest_words(random):
@@ -56,7 +56,26 @@ def certain_word(random):
         for line in range(3):
             if random.below(3) == 0:
                 lines[line] = BIAS
-        yield (scratch, 0, 0, weights, generator, lines, result)
+        yield (0, 0, scratch, weights, generator, lines, result)
 
 
-CASES = {"certain_word": certain_word, "cell_weights": cell_weights, "likeliest_words": likeliest_words}
+def believed_word(random):
+    for marker_id in (0, 9, 1261, 4094, 4096):
+        for lines_id in (0, 1, 5, 6, 7):
+            for most in (1, 80, 400, 1 << 20):
+                for turned in (0, 1):
+                    cost = 1 << 20 if marker_id == 4096 else random.between(0, min(most, 1024))
+                    result = ints(5, random)
+                    result[0], result[1] = marker_id, cost
+                    result[2] = cost + random.between(0, most)
+                    weights = ints(26, random, BIAS - 64, BIAS + 64)
+                    weights[25] = random.between(0, min(most, 1536))
+                    yield (lines_id, 0, turned, weights, result)
+
+
+CASES = {
+    "believed_word": believed_word,
+    "certain_word": certain_word,
+    "cell_weights": cell_weights,
+    "likeliest_words": likeliest_words,
+}

@@ -1067,6 +1067,29 @@ def certain_word(before, after, result):
         assert not clear or costs[best] > 0
 
 
+def believed_word(before, after, result):
+    """The cheaper of the word and, with lines that were read, plainness; beyond doubt of whatever else."""
+    lines_id, _, turned, weights, (told, cost, second, _, _) = before
+    believed = result & 4095
+    costs = {told: cost}
+    if lines_id:
+        costs[0] = weights[25]  # even where the empty word was found, which counts each dark cell
+    first = min(costs, key=lambda one: (costs[one], one))
+    gap = min([second, *(costs[other] for other in costs if other != first)]) - costs[first]
+    if lines_id and first == 0 < told:
+        gap = cost - costs[0]
+    least = 110 if not lines_id else 78 if first else 8
+    if turned:
+        least = 78
+    quarters = 5 if first else 2
+    refused = gap < least or 4 * gap < quarters * costs[first] or (turned and costs[first] > 80)
+    if refused or (lines_id and first and first & 7 != lines_id):
+        assert result == 0
+    else:
+        assert believed == first + 1
+        assert result >> 12 == min(255, (gap - least) * 255 // 288)
+
+
 def likeliest_words(before, after, result):
     """What is found is never cheaper than the best, the best itself where it is far from the second."""
     costs = word_costs(before[3], before[5])
@@ -1130,7 +1153,7 @@ def next_unseen(before, after, result):
 ORACLES = {
     "candidates": (remember, next_unseen),
     "cells": (hidden_cells,),
-    "cell_words": (certain_word, likeliest_words),
+    "cell_words": (believed_word, certain_word, likeliest_words),
     "robust": (root,),
     "votes": (cast_votes, clear_cells, find_windows, rank_centres),
     "edges": (gradient_histogram, edge_threshold, steep_positions, thin_line_edges),

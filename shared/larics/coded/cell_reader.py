@@ -5,8 +5,8 @@ depths -> weights -> the two likeliest words -> an ID, "plain", or neither
 What a cell tells is weighed, the word that contradicts the least is taken, and it is believed when the second
 would contradict so much more. An ID is told by cells and lines together: lines that were read must agree.
 
-On a Cortex-M7 that adds 68,000 to 74,000 instructions to a frame with a marker whose cells leave no doubt,
-up to 140,000 more where rivals have to be looked for, and nothing to one without a marker.
+On a Cortex-M7 that adds 50,000 to 60,000 instructions to a frame with a marker whose cells leave no doubt,
+60,000 to 170,000 more where rivals have to be looked for, and nothing to one without a marker.
 """
 
 from array import array
@@ -49,17 +49,10 @@ _SHAPE_MOST_Q14 = 4096
 PLAIN = const(0)  # no cell is dark: the lines tell the ID
 UNKNOWN = const(-1)
 
-# a cell that leaves no doubt weighs 64; the second word must cost that much more than the first,
-_GAP_LEAST = const(78)
-_GAP_LEAST_ALONE = const(110)  # without lines that agree,
-_GAP_LEAST_PLAIN = const(8)  # of plain markers, with lines that were read,
-_GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
-_COST_MOST_TURNED = const(80)  # that much,
-_GAP_SURE = const(288)  # for the margin of 255 so much more,
-_COST_QUARTERS = const(5)  # and at least as much as the first contradicts,
-_COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
+# the second word must cost so much more than the first where the orientation line is not seen, and the first
+_GAP_LEAST_TURNED = const(78)  # at most that much
+_COST_MOST_TURNED = const(80)
 _NEVER = const(1 << 20)
-_PLAIN_COST = const(25)  # item of the weights
 _LINE_DARK = const(64)  # weights of a coding line: one that is seen,
 _LINE_WHITE = const(32)  # and one that is not, which may be hidden
 
@@ -104,41 +97,19 @@ class CellReader:
 
         lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt. is_turned: the code
         alone says where the orientation line is."""
-        self.margin = 0
         if not self._weigh():
+            self.margin = 0
             return UNKNOWN
         if self._mirrored:
             lines_id = mirrored_lines(lines_id)
-        self._find(self._lines_of[lines_id])
+        lines = self._lines_of[lines_id]
+        weights = self._weights
         result = self._result
-        told = result[_WORD_ID]
-        cost = result[_WORD_COST]
-        gap = result[_WORD_SECOND] - cost
-        if lines_id:
-            # one stroke across a plain plate, such as its own edge, contradicts it but once
-            plain = self._weights[_PLAIN_COST]
-            if not told:
-                gap += cost - plain
-                cost = plain
-            elif plain < cost:
-                told = PLAIN
-                gap = cost - plain
-                cost = plain
-            elif told & 7 != lines_id:
-                return UNKNOWN
-            else:
-                gap = min(gap, plain - cost)
-            least = _GAP_LEAST if told else _GAP_LEAST_PLAIN
-        else:
-            least = _GAP_LEAST_ALONE
-        if is_turned:
-            least = _GAP_LEAST_TURNED
-            if cost > _COST_MOST_TURNED:
-                return UNKNOWN
-        if gap < least or gap * 4 < cost * (_COST_QUARTERS if told else _COST_QUARTERS_PLAIN):
-            return UNKNOWN
-        self.margin = min(255, (gap - least) * 255 // _GAP_SURE)
-        return told
+        if not cell_words.certain_word(0, 0, self._scratch, weights, CELL_ROWS, lines, result):
+            self._search(lines)
+        told = cell_words.believed_word(lines_id, 0, is_turned, weights, result)
+        self.margin = told >> 12
+        return (told & 4095) - 1
 
     def find_turn(self, seen, possible):
         """By how many quarter turns, counterclockwise as seen, the orientation line lies beyond the direction
@@ -160,7 +131,8 @@ class CellReader:
                 side = 1 + bit if self._mirrored else 3 - bit
                 lines[bit] = seen[(turn + side) & 3] + _BIAS
             lines[3] = (24 - 6 * turn) % 24 if self._mirrored else 6 * turn
-            self._find(lines)
+            if not cell_words.certain_word(0, 0, self._scratch, self._weights, CELL_ROWS, lines, result):
+                self._search(lines)
             cost = result[_WORD_COST]
             if cost < best:
                 second = min(best, result[_WORD_SECOND])
@@ -185,7 +157,7 @@ class CellReader:
     def _weigh(self):
         """Weighs the cells measured last; False when too few tell anything."""
         weights = self._weights
-        if not cell_words.cell_weights(self._scratch, 0, 0, self.depths, self._hidden, weights):
+        if not cell_words.cell_weights(0, 0, self._scratch, self.depths, self._hidden, weights):
             return False
         if self._mirrored:
             for cell in range(12):
@@ -194,13 +166,11 @@ class CellReader:
                 weights[23 - cell] = weight
         return True
 
-    def _find(self, lines):
-        """Looks for the words that cost least; lines: as in cell_words.likeliest_words."""
-        scratch = self._scratch
-        weights = self._weights
-        result = self._result
-        if not cell_words.certain_word(scratch, 0, 0, weights, CELL_ROWS, lines, result):
-            cell_words.likeliest_words(scratch, 0, 0, weights, CELL_ROWS, lines, self._allowed, result)
+    def _search(self, lines):
+        """Looks for the words that cost least, where none is certain; lines: as in `likeliest_words`."""
+        cell_words.likeliest_words(
+            self._scratch, 0, 0, self._weights, CELL_ROWS, lines, self._allowed, self._result
+        )
 
     def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth):
         """Measures the cells of a marker; False when its shape is none that a pose can have.

@@ -27,13 +27,22 @@ _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows mo
 _ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
 _TOO_NEAR = const(78)  # a word other than the empty one is not told when a second costs less than that more
 _CERTAIN = const(400)  # so much, where some cells tell nothing or contradict: the best of margins
+# a cell that leaves no doubt weighs 64; to be believed a word must cost that much less than the second,
+_GAP_LEAST = const(78)
+_GAP_LEAST_ALONE = const(110)  # without lines that agree,
+_GAP_LEAST_PLAIN = const(8)  # of plain markers, with lines that were read,
+_GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
+_COST_MOST_TURNED = const(80)  # that much,
+_GAP_SURE = const(288)  # for the margin of 255 so much more,
+_COST_QUARTERS = const(5)  # and at least as much as the first contradicts,
+_COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
 _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
 _STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross
 
 
 @micropython.viper
-def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int, weights: ptr32) -> int:
+def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int, weights: ptr32) -> int:
     """What each cell tells: + BIAS, up to 64 above it looks dark, up to 64 below white, BIAS nothing.
 
     depths: as from `cells.cell_depths`; hidden: as from `cells.hidden_cells`; scratch: 48 items.
@@ -46,36 +55,55 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
     marker: half of it beyond the first, when one stroke may make them all. Returns how many cells were looked
     at, 0 when too few."""
     count = 0
-    low = 1 << 29  # the fourth lowest, in items 0 .. 3, and the fourth highest, in items 4 .. 7
+    seen = 0
+    # the four lowest and the four highest so far
+    low = 1 << 29
+    low_3 = low
+    low_2 = low
+    low_1 = low
     high = 0
-    i = 0
-    while i < 4:
-        scratch[i] = low
-        scratch[4 + i] = high
-        i += 1
+    high_3 = 0
+    high_2 = 0
+    high_1 = 0
     i = 0
     while i < 24:
         value = int(depths[i])
         # outside the frame, or lighter than the white beside it
         if value < _LIGHT:
-            value = 0
-        weights[i] = value
-        if value:
+            weights[i] = 0
+            if value:
+                seen += 1
+        else:
+            weights[i] = value
             count += 1
             if value < low:
-                slot = 3
-                while slot > 0 and int(scratch[slot - 1]) > value:
-                    scratch[slot] = int(scratch[slot - 1])
-                    slot -= 1
-                scratch[slot] = value
-                low = int(scratch[3])
+                if value < low_3:
+                    low = low_3
+                    if value < low_2:
+                        low_3 = low_2
+                        if value < low_1:
+                            low_2 = low_1
+                            low_1 = value
+                        else:
+                            low_2 = value
+                    else:
+                        low_3 = value
+                else:
+                    low = value
             if value > high:
-                slot = 7
-                while slot > 4 and int(scratch[slot - 1]) < value:
-                    scratch[slot] = int(scratch[slot - 1])
-                    slot -= 1
-                scratch[slot] = value
-                high = int(scratch[7])
+                if value > high_3:
+                    high = high_3
+                    if value > high_2:
+                        high_3 = high_2
+                        if value > high_1:
+                            high_2 = high_1
+                            high_1 = value
+                        else:
+                            high_2 = value
+                    else:
+                        high_3 = value
+                else:
+                    high = value
         i += 1
     if count < _LEAST_CELLS:
         return 0
@@ -87,100 +115,128 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
     else:
         middle = (low + high) >> 1
         half = (high - low + 2) >> 1
-    span = half + half
-    # the white beside the dark cells in order, to know its middle, or where there are few, beside all
+    darkest = high + half + half
+    lightest = low - half
+    # the white beside the dark cells in order, after an item less than any, to know its middle, or where
+    # there are few, beside all
+    scratch[0] = 0
     dark = 0
     i = 0
     while i < 24:
         value = int(weights[i])
-        if value == 0 or value > high + span or value + half < low:
-            value = 0
+        if value > darkest or value < lightest:
+            weights[i] = _BIAS
         else:
             value = (value - middle) * 83 // half
-            if value > 64:
-                value = 64
-            if value < 0 - 64:
-                value = 0 - 64
-            if value < 17 and value > 0 - 17:
-                value = 0
-        weights[i] = value + _BIAS
-        if value > 0:
-            value = int(depths[48 + i])
-            slot = dark
-            while slot > 0 and int(scratch[slot - 1]) > value:
-                scratch[slot] = int(scratch[slot - 1])
-                slot -= 1
-            scratch[slot] = value
-            dark += 1
+            if value > 0:
+                if value > 64:
+                    value = 64
+                if value < 17:
+                    value = 0
+            else:
+                if value < 0 - 64:
+                    value = 0 - 64
+                if value > 0 - 17:
+                    value = 0
+            weights[i] = value + _BIAS
+            if value > 0:
+                value = int(depths[48 + i])
+                slot = dark
+                near = int(scratch[slot])
+                while near > value:
+                    scratch[slot + 1] = near
+                    slot -= 1
+                    near = int(scratch[slot])
+                scratch[slot + 1] = value
+                dark += 1
         i += 1
-    seen = dark
+    many_dark = 1
     if dark < 4:
+        many_dark = 0
+        # two fifths of all are as bright or brighter: in order downwards, after an item above any
+        scratch[0] = 1 << 29
+        seen += count
+        most = seen - seen * 3 // 5
         seen = 0
+        last = 0 - 1
         i = 0
         while i < 24:
-            if int(depths[i]):
-                value = int(depths[48 + i])
-                slot = seen
-                while slot > 0 and int(scratch[slot - 1]) > value:
-                    scratch[slot] = int(scratch[slot - 1])
+            value = int(depths[48 + i])
+            if value > last and int(depths[i]):
+                slot = most - 1
+                if seen < most:
+                    slot = seen
+                    seen += 1
+                near = int(scratch[slot])
+                while near < value:
+                    scratch[slot + 1] = near
                     slot -= 1
-                scratch[slot] = value
-                seen += 1
+                    near = int(scratch[slot])
+                scratch[slot + 1] = value
+                if seen == most:
+                    last = int(scratch[most])
             i += 1
-        white = int(scratch[seen * 3 // 5])
+        white = int(scratch[most])
     else:
-        white = int(scratch[seen >> 1])
+        seen = dark
+        white = int(scratch[1 + (seen >> 1)])
     weights[24] = white
     all_white = 0
     if dark == 0 and count >= _ALL_WHITE:
         all_white = 1
-    many_dark = 0
-    if dark >= 4:
-        many_dark = 1
+    # a lamp's light, unless the whole picture is bleached
+    bleached = _BLEACHED
+    if white >= _BLEACHED:
+        bleached = 1 << 29
     total = 0
     dark = 0
     i = 0
     while i < 24:
         value = int(weights[i]) - _BIAS
         off = int(depths[48 + i]) - white
-        if off < 0:
-            off = 0 - off
-            if off > _SHADE and int(depths[i]):
-                # in a shadow ink is less dark against the white beside it
-                value = int(depths[i]) - middle + (middle - low) * off // 768
-                value = value * 83 // half
-                if value > 64:
-                    value = 64
-                if value < 0 - 64:
-                    value = 0 - 64
-                if value < 17 and value > 0 - 17:
-                    value = 0
-                weights[i] = value + _BIAS
-        if off > _TONE >> 1 and value < 0 and many_dark:
-            # where two cells are dark in the same shadow or light, the plate is seen there
-            level = int(depths[48 + i])
-            slot = 1
-            while slot < seen:
-                near = int(scratch[slot]) - level
-                far = level - int(scratch[slot - 1])
-                if near < far:
-                    near = far
-                if near < off:
-                    off = near
-                slot += 1
-        off = _TONE + (_TONE >> 1) - off
-        if value > 0:
-            off += _TONE + (_TONE >> 1)
-        # a lamp's light, unless the whole picture is bleached
-        if int(depths[24 + i]) >= _BLEACHED and white < _BLEACHED:
-            off = 0
-        if off < _TONE:
+        # as white as the others in most
+        if off > _TONE >> 1 or off < 0 - (_TONE >> 1) or int(depths[24 + i]) >= bleached:
             if off < 0:
+                off = 0 - off
+                if off > _SHADE and int(depths[i]):
+                    # in a shadow ink is less dark against the white beside it
+                    value = int(depths[i]) - middle + (middle - low) * off // 768
+                    value = value * 83 // half
+                    if value > 64:
+                        value = 64
+                    if value < 0 - 64:
+                        value = 0 - 64
+                    if value < 17 and value > 0 - 17:
+                        value = 0
+                    weights[i] = value + _BIAS
+            if off > _TONE >> 1 and value < 0 and many_dark:
+                # where two cells are dark in the same shadow or light, the plate is seen there
+                level = int(depths[48 + i])
+                slot = 1
+                while slot < seen:
+                    near = int(scratch[slot + 1]) - level
+                    far = level - int(scratch[slot])
+                    slot += 1
+                    if far < 0:
+                        slot = seen  # the others lie farther
+                    if near < far:
+                        near = far
+                    if near < off:
+                        off = near
+                        if off <= _TONE >> 1:
+                            slot = seen  # near enough
+            off = _TONE + (_TONE >> 1) - off
+            if value > 0:
+                off += _TONE + (_TONE >> 1)
+            if int(depths[24 + i]) >= bleached:
                 off = 0
-            if all_white and off < _TONE >> 1:
-                off = _TONE >> 1
-            value = value * off // _TONE
-            weights[i] = value + _BIAS
+            if off < _TONE:
+                if off < 0:
+                    off = 0
+                if all_white and off < _TONE >> 1:
+                    off = _TONE >> 1
+                value = value * off // _TONE
+                weights[i] = value + _BIAS
         if value > 0:
             total += value
             dark += 1
@@ -212,17 +268,18 @@ def cell_weights(scratch: ptr32, i: int, value: int, depths: ptr32, hidden: int,
 
 @micropython.viper
 def certain_word(
-    least: ptr32, i: int, j: int, weights: ptr32, generator: ptr16, lines: ptr32, result: ptr32
+    value: int, i: int, least: ptr32, weights: ptr32, generator: ptr16, lines: ptr32, result: ptr32
 ) -> int:  # fmt: skip
     """The word of the cells' code that they leave no doubt of; 1, or 0 when there is none.
 
     Looked at are those that the cells as they look are, but for up to two of twelve that carry an ID, when
     they contradict one cell at most. Any other word differs from such a one in eight cells, which tells what
-    it costs at least. least: 8 items, scratch space; the other arguments and the result as in
+    it costs at least. least: 9 items, scratch space; the other arguments and the result as in
     `likeliest_words`."""
     shift = int(lines[3])
     word = 0
     telling = 0
+    bit = 1
     i = 0
     while i < 24:
         j = i + shift
@@ -230,20 +287,20 @@ def certain_word(
             j -= 24
         value = int(weights[j])
         if value != _BIAS:
-            telling = telling | (1 << i)
+            telling = telling | bit
             if value > _BIAS:
-                word = word | (1 << i)
+                word = word | bit
+        bit += bit
         i += 1
     marker_id = 0
+    hard = word
+    bit = 1
     i = 0
     while i < 12:
-        if (word >> int(generator[24 + i])) & 1:
-            marker_id = marker_id | (1 << i)
-        i += 1
-    i = 0
-    while i < 12:
-        if (marker_id >> i) & 1:
+        if (hard >> int(generator[24 + i])) & 1:
+            marker_id = marker_id | bit
             word = word ^ int(generator[i + i]) ^ (int(generator[i + i + 1]) << 16)
+        bit += bit
         i += 1
     # from here on, what a word contradicts
     odd = word & telling
@@ -280,10 +337,8 @@ def certain_word(
                 return 0
             i += 1
     # what the eight that tell the least would cost, the one that is contradicted taken off
-    i = 0
-    while i < 8:
-        least[i] = 1 << 29
-        i += 1
+    least[0] = 0
+    count = 0
     last = 1 << 29
     cost = 0
     blank = 0
@@ -303,16 +358,23 @@ def certain_word(
             cost = value - _BIAS
             value = _BIAS - cost
         if value < last:
+            # the largest of eight falls out
             j = 7
-            while j > 0 and int(least[j - 1]) > value:
-                least[j] = int(least[j - 1])
+            if count < 8:
+                j = count
+                count += 1
+            other = int(least[j])
+            while other > value:
+                least[j + 1] = other
                 j -= 1
-            least[j] = value
-            last = int(least[7])
+                other = int(least[j])
+            least[j + 1] = value
+            if count == 8:
+                last = int(least[8])
         i += 1
     second = 0
-    i = 0
-    while i < 8:
+    i = 1
+    while i < 9:
         second += int(least[i]) - _BIAS
         i += 1
     if second < _ENOUGH or (second < _CERTAIN and cost + blank):
@@ -542,3 +604,44 @@ def likeliest_words(
     result[_WORD_CONTRADICTED] = contradicted
     result[_WORD_BLANK] = blank
     return second_id
+
+
+@micropython.viper
+def believed_word(lines_id: int, gap: int, is_turned: int, weights: ptr32, result: ptr32) -> int:
+    """What is believed of the two likeliest words: 1 + its ID + 4096 * margin of 0..255; 0 for neither.
+
+    lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt. is_turned: 1 where the
+    code alone says where the orientation line is. weights: as from `cell_weights`,
+    of which item 25 counts; result: WORD."""
+    told = int(result[_WORD_ID])
+    cost = int(result[_WORD_COST])
+    gap = int(result[_WORD_SECOND]) - cost
+    least = _GAP_LEAST_ALONE
+    if lines_id:
+        # one stroke across a plain plate, such as its own edge, contradicts it but once
+        plain = int(weights[25])
+        least = _GAP_LEAST
+        if told == 0 or plain < cost:
+            least = _GAP_LEAST_PLAIN
+            if told:
+                gap = 0
+            gap += cost - plain
+            cost = plain
+            told = 0
+        elif told & 7 != lines_id:
+            return 0
+        elif gap > plain - cost:
+            gap = plain - cost
+    if is_turned:
+        least = _GAP_LEAST_TURNED
+        if cost > _COST_MOST_TURNED:
+            return 0
+    quarters = _COST_QUARTERS
+    if told == 0:
+        quarters = _COST_QUARTERS_PLAIN
+    if gap < least or gap * 4 < cost * quarters:
+        return 0
+    gap = (gap - least) * 255 // _GAP_SURE
+    if gap > 255:
+        gap = 255
+    return 1 + told + (gap << 12)

@@ -87,15 +87,15 @@ def direct_place(fit: ptr32, x: int, y: int, circle: ptr16, angle: int, place: p
 
 @micropython.viper
 def cell_depths(
-    position: int, x: int, y: int, image: ptr8, log: ptr16, axes: ptr16, place: ptr32, result: ptr32
+    x: int, y: int, position: int, image: ptr8, log: ptr16, axes: ptr16, place: ptr32, result: ptr32
 ) -> int:  # fmt: skip
     """How dark each of the 24 cells is, from the nearest pixels: six in it and four of white beside it.
 
     place: PLACE, centre within the frame or at most a radius outside, radius 1024..20480, shape within +-4096
     of BIAS; axes: tables.CELL_AXES, cosine and sine of the six cells of a quarter turn.
     result: of each cell 256 * darkness / depth + BIAS, 0 when a pixel lies outside the frame; then of each
-    the mean brightness in it, then of the white beside it, log units. Returns the number of cells that lie
-    inside the frame."""
+    the mean brightness in it, then of the white beside it, log units, 0 likewise.
+    Returns the number of cells that lie inside the frame."""
     width = int(place[_PLACE_WIDTH])
     right = (width << 8) - 1
     bottom = (int(place[_PLACE_HEIGHT]) << 8) - 1
@@ -118,6 +118,15 @@ def cell_depths(
         near_border = 1
     if hx > _USUAL >> 1 or hy > _USUAL >> 1 or hx < 0 - (_USUAL >> 1) or hy < 0 - (_USUAL >> 1):
         near_border = 1
+    # radii, and what a bend adds to them
+    radius_1 = int(place[_PLACE_RADII_Q10])
+    radius_2 = int(place[_PLACE_RADII_Q10 + 1])
+    radius_3 = int(place[_PLACE_RADII_Q10 + 2])
+    radius_4 = int(place[_PLACE_RADII_Q10 + 3])
+    bend_1 = (radius_1 * radius_1) >> 10
+    bend_2 = (radius_2 * radius_2) >> 10
+    bend_3 = (radius_3 * radius_3) >> 10
+    bend_4 = (radius_4 * radius_4) >> 10
     inside = 0
     cell = 0
     axis = 0
@@ -129,43 +138,78 @@ def cell_depths(
         bend = (hx * vx + hy * vy) >> 14
         dx = (radius * (vx + ((e1 * vx + e2 * vy) >> 14))) >> 14
         dy = (radius * (vy + ((e2 * vx - e1 * vy) >> 14))) >> 14
-        beside = 0
-        within = 0
-        ring = 0
-        while ring < 4:
-            position = int(place[_PLACE_RADII_Q10 + ring])
-            position = position + ((((position * position) >> 10) * bend) >> 14)
-            x = (dx * position) >> 10
-            y = (dy * position) >> 10
-            step_x = (y * _TANGENT_Q14) >> 14
-            step_y = (x * _TANGENT_Q14) >> 14
-            x += cx + step_x
-            y += cy - step_y
-            position = 1
-            if near_border:
+        ring = 4
+        if near_border:
+            ring = 0
+            while ring < 4:
+                position = int(place[_PLACE_RADII_Q10 + ring])
+                position = position + ((((position * position) >> 10) * bend) >> 14)
+                x = (dx * position) >> 10
+                y = (dy * position) >> 10
+                step_x = (y * _TANGENT_Q14) >> 14
+                step_y = (x * _TANGENT_Q14) >> 14
+                x += cx + step_x
+                y += cy - step_y
                 vx = x - step_x - step_x
                 vy = y + step_y + step_y
-                if x < 0 or y < 0 or x > right or y > bottom or vx < 0 or vy < 0 or vx > right or vy > bottom:
-                    position = 0
-            if position:
-                sum = int(log[int(image[(y >> 8) * width + (x >> 8)])])
-                x -= step_x
-                y += step_y
-                if ring < 2:
-                    beside += sum
-                    x -= step_x
-                    y += step_y
-                    beside += int(log[int(image[(y >> 8) * width + (x >> 8)])])
-                else:
-                    within += sum + int(log[int(image[(y >> 8) * width + (x >> 8)])])
-                    x -= step_x
-                    y += step_y
-                    within += int(log[int(image[(y >> 8) * width + (x >> 8)])])
                 ring += 1
-            else:
-                ring = 8
+                if x < 0 or y < 0 or x > right or y > bottom or vx < 0 or vy < 0 or vx > right or vy > bottom:
+                    ring = 8
         x = 0
+        within = 0
+        beside = 0
         if ring == 4:
+            # written out, since a turn of a loop costs as much as a pixel
+            x = ((bend * bend_1) >> 14) + radius_1
+            y = (x * dy) >> 10
+            x = (x * dx) >> 10
+            step_x = (y * _TANGENT_Q14) >> 14
+            step_y = (x * _TANGENT_Q14) >> 14
+            x = x + cx + step_x
+            y = y + cy - step_y
+            beside = int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = x - step_x - step_x
+            y = y + step_y + step_y
+            beside += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = ((bend * bend_2) >> 14) + radius_2
+            y = (x * dy) >> 10
+            x = (x * dx) >> 10
+            step_x = (y * _TANGENT_Q14) >> 14
+            step_y = (x * _TANGENT_Q14) >> 14
+            x = x + cx + step_x
+            y = y + cy - step_y
+            beside += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = x - step_x - step_x
+            y = y + step_y + step_y
+            beside += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = ((bend * bend_3) >> 14) + radius_3
+            y = (x * dy) >> 10
+            x = (x * dx) >> 10
+            step_x = (y * _TANGENT_Q14) >> 14
+            step_y = (x * _TANGENT_Q14) >> 14
+            x = x + cx + step_x
+            y = y + cy - step_y
+            within = int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = x - step_x
+            y = y + step_y
+            within += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = x - step_x
+            y = y + step_y
+            within += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = ((bend * bend_4) >> 14) + radius_4
+            y = (x * dy) >> 10
+            x = (x * dx) >> 10
+            step_x = (y * _TANGENT_Q14) >> 14
+            step_y = (x * _TANGENT_Q14) >> 14
+            x = x + cx + step_x
+            y = y + cy - step_y
+            within += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = x - step_x
+            y = y + step_y
+            within += int(log[int(image[(y >> 8) * width + (x >> 8)])])
+            x = x - step_x
+            y = y + step_y
+            within += int(log[int(image[(y >> 8) * width + (x >> 8)])])
             inside += 1
             x = ((beside * 3 - within * 2) << 8) // unit + _BIAS
             if x < 1:
