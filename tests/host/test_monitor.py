@@ -208,7 +208,7 @@ def test_the_page_in_a_browser_before_a_real_firmware(tmp_path):
                 return [...t]"""
             return {"%06x" % colour for colour in browser.execute_script(script, canvas)}
 
-        assert "0b5fa5" in inked("map") and {"0b5fa5", "c8660d", "23834b"} <= inked("strip")
+        wait_until(lambda: "0b5fa5" in inked("map") and {"0b5fa5", "c8660d", "23834b"} <= inked("strip"))
         assert not [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
         folder = os.environ.get("LARICS_SCREENSHOTS")
         if folder:

@@ -284,17 +284,17 @@ def test_absolute_times_stand_in_the_lines_of_a_log(tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_drive_that_is_interrupted_keeps_what_was_driven(tmp_path, monkeypatch, capfd, number):
     firmwares = []
-    take_frame = simulation.Simulation._take_frame
+    report_frame = simulation.Simulation._report_frame
 
-    def interrupted(self, firmware, index, now_s):
+    def interrupted(self, firmware, index, *exposed):
         if index == 5:
             # Ctrl-C in a terminal goes to all of its session: the interpreter of the firmware is not in it
             assert os.getsid(firmware._process.pid) != os.getsid(0)
             firmwares.append(firmware._process)
             os.kill(os.getpid(), number)
-        take_frame(self, firmware, index, now_s)
+        report_frame(self, firmware, index, *exposed)
 
-    monkeypatch.setattr(simulation.Simulation, "_take_frame", interrupted)
+    monkeypatch.setattr(simulation.Simulation, "_report_frame", interrupted)
     folder = tmp_path / "drive"
     assert cli.main(["simulate", "--drive", "loop", "--seconds", "60", "-o", str(folder)]) == 130
     out, err = capfd.readouterr()
@@ -310,7 +310,7 @@ def test_a_drive_that_is_interrupted_before_its_first_frame_leaves_nothing(tmp_p
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(simulation.Simulation, "_take_frame", interrupted)
+    monkeypatch.setattr(simulation.Simulation, "_report_frame", interrupted)
     folder = tmp_path / "drive"
     assert cli.main(["simulate", "--drive", "loop", "-o", str(folder)]) == 130
     assert not folder.exists()
