@@ -4,6 +4,7 @@ Every function test_* of each module is called. Each failure is printed with its
 line counts, and the exit code is 1 on a failure or when not one test ran.
 """
 
+import gc
 import sys
 
 
@@ -21,6 +22,7 @@ def run(names):
         for test in sorted(dir(module)):
             if not test.startswith("test_"):
                 continue
+            gc.collect()  # what the test before left is in pieces all over a small heap
             try:
                 getattr(module, test)()
                 passed += 1
