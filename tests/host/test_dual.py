@@ -26,10 +26,16 @@ def interpreter():
     return [found, *command[1:]]
 
 
+def heap(command):
+    """Options of the unix port for as much memory as sources and test data take; a board has what it has."""
+    return ["-X", "heapsize=16M"] if pathlib.Path(command[-1]).name == "micropython" else []
+
+
 def run_dual(*modules, folder=DUAL):
     search = ["shared", "firmware", str(folder), str(DUAL), ".frozen"]
+    command = interpreter()
     return subprocess.run(
-        [*interpreter(), str(DUAL / "run.py"), *modules],
+        [*command, *heap(command), str(DUAL / "run.py"), *modules],
         cwd=ROOT,
         env=dict(os.environ, MICROPYPATH=":".join(search)),
         stdout=subprocess.PIPE,
