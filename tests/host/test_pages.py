@@ -9,6 +9,8 @@ import sys
 
 import pytest
 
+from larics.wire import messages as m
+from larics.wire import nmea
 from tests.host.test_dual import ROOT
 from tools import check_rules
 
@@ -103,3 +105,10 @@ def test_the_readmes_python_runs_and_prints_what_it_says():
     command = [sys.executable, "-c", code]
     result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert (result.returncode, result.stdout, result.stderr) == (0, said, "") and "ID 1513" in said
+
+
+def test_the_letters_of_the_states_are_explained():
+    text = " ".join((ROOT / "docs" / "wire.md").read_text().split())
+    words = {m.TRACKING: "T (tracking)", m.COASTING: "C (coasting)", m.CARRIED: "O (carried", m.LOST: "L (lost)"}
+    assert len(nmea._STATES) == len(words) and all(word in text for word in words.values())
+    assert all(nmea._STATES[state] == ord(word[0]) for state, word in words.items())
