@@ -76,14 +76,16 @@ def test_a_setting_that_does_not_fit_is_refused_and_the_detection_goes_on():
     program.run(300)
     detector = program.app.parts.sensor.detector
     program.collected()
-    ballast, _ = leave(12000)
+    ballast, _ = leave(24000)  # the test's own lines are kept there, too
     assert program.set("radius_min_px", 6) == (m.NACK, m.NACK_MEMORY)
+    program.collected()
     app = program.app
     assert app.settings.radius_min_px == 28 and app.parts.sensor.detector is not None
     assert app.parts.sensor.detector is detector and not app.faults.active  # there was room for a try
     before = program.frames()
     program.run(500)
     assert program.frames() > before + 20
+    program.collected()
     assert program.set("rate_divider", 2) == (m.ACK, 0)
     del ballast[:]
     gc.collect()

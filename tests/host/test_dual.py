@@ -26,8 +26,10 @@ def interpreter():
     return [found, *command[1:]]
 
 
-def heap(command):
-    """Options of the unix port for as much memory as sources and test data take; a board has what it has."""
+def heap(command, folder):
+    """Options of the unix port: room for the test data of tests/dual; tests/board and a board keep their own."""
+    if folder != DUAL:
+        return []
     return ["-X", "heapsize=16M"] if pathlib.Path(command[-1]).name == "micropython" else []
 
 
@@ -35,7 +37,7 @@ def run_dual(*modules, folder=DUAL):
     search = ["shared", "firmware", str(folder), str(DUAL), ".frozen"]
     command = interpreter()
     return subprocess.run(
-        [*command, *heap(command), str(DUAL / "run.py"), *modules],
+        [*command, *heap(command, folder), str(DUAL / "run.py"), *modules],
         cwd=ROOT,
         env=dict(os.environ, MICROPYPATH=":".join(search)),
         stdout=subprocess.PIPE,
