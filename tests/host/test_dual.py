@@ -27,7 +27,7 @@ def interpreter():
 
 
 def heap(command, folder):
-    """Options of the unix port: room for the test data of tests/dual; tests/board and a board keep their own."""
+    """Options of the unix port: room for the data of tests/dual; tests/board and a board keep their own."""
     if folder != DUAL:
         return []
     return ["-X", "heapsize=16M"] if pathlib.Path(command[-1]).name == "micropython" else []

@@ -7,12 +7,12 @@ import subprocess
 import pytest
 
 import larics
+from frozen_frames import FRAMES
 from larics.wire import framing
 from larics.wire import messages as m
 from larics.wire.codec import Counters, Decoder, Encoder, fields
 from larics.wire.messages import COUNT_MAX, INFO, ODOMETRY, PING, STATUS
 from recorded import Stream, message
-from test_golden_wire import GOLDEN, golden_sequence, golden_values
 from tools import make_protocol, vehicle_build
 from tools.vehicle_build import LIBRARY, ROOT, SANITIZE, build, corpus
 
@@ -72,10 +72,9 @@ def test_python_to_c(programs):
     assert found == dict.fromkeys(Counters.NAMES, 0) | {"messages": 3000}
 
 
-def test_golden_bytes_in_c(programs):
-    data = b"".join(bytes.fromhex(text) for text in GOLDEN.values())
-    numbers = [number for _, number, _, _ in make_protocol.messages.MESSAGES]
-    expected = [(number, golden_sequence(number), golden_values(number)) for number in numbers]
+def test_frozen_bytes_in_c(programs):
+    data = b"".join(bytes.fromhex(text) for _, _, _, text in FRAMES)
+    expected = [(number, sequence, list(values)) for number, sequence, values, _ in FRAMES]
     assert in_c(programs["exchange"], data)[0] == expected
 
 

@@ -211,7 +211,7 @@ typedef struct {
 typedef struct {
     uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
     uint32_t age_us; /* from the middle of the exposure to the start of sending, us */
-    uint16_t flags; /* sum of MARKER flags; 0..127 */
+    uint16_t flags; /* sum of MARKER flags; others may follow and are ignored */
     uint16_t id; /* marker ID, or 65535 for none or uncertain */
     uint8_t index; /* which of the markers of this frame, 0..count-1; 0 when count is 0; 0..254 */
     uint8_t count; /* number of markers in this frame */
@@ -389,7 +389,7 @@ typedef struct {
     int32_t y_mm10; /* the same, to the left, 0.1 mm; -536870911..536870911 */
     uint16_t heading_cdeg; /* vehicle's x axis in that frame, counterclockwise, 0.01 deg; 0..35999 */
     uint8_t epoch; /* another one after each jump or reset of x, y, heading or time_us */
-    uint8_t flags; /* sum of ODOMETRY flags; 0..3 */
+    uint8_t flags; /* sum of ODOMETRY flags; others may follow and are ignored */
 } larics_odometry;
 
 typedef struct {

@@ -33,7 +33,7 @@ static const field fields[] LARICS_IN_FLASH = {
     {12, offsetof(larics_info, unique_id)},
     {U30, offsetof(larics_marker, frame)},
     {U30, offsetof(larics_marker, age_us)},
-    {U16 | RANGED, offsetof(larics_marker, flags)},
+    {U16, offsetof(larics_marker, flags)},
     {U16, offsetof(larics_marker, id)},
     {U8 | RANGED, offsetof(larics_marker, index)},
     {U8, offsetof(larics_marker, count)},
@@ -157,7 +157,7 @@ static const field fields[] LARICS_IN_FLASH = {
     {I30 | RANGED, offsetof(larics_odometry, y_mm10)},
     {U16 | RANGED, offsetof(larics_odometry, heading_cdeg)},
     {U8, offsetof(larics_odometry, epoch)},
-    {U8 | RANGED, offsetof(larics_odometry, flags)},
+    {U8, offsetof(larics_odometry, flags)},
 };
 
 static const larics_layout layouts[] LARICS_IN_FLASH = {
@@ -183,7 +183,6 @@ static const larics_layout layouts[] LARICS_IN_FLASH = {
 };
 
 static const range ranges[] LARICS_IN_FLASH = {
-    {12, 0, 127}, /* MARKER.flags */
     {14, 0, 254}, /* MARKER.index */
     {16, -1000000, 1000000}, /* MARKER.x_mm10 */
     {17, -1000000, 1000000}, /* MARKER.y_mm10 */
@@ -205,7 +204,6 @@ static const range ranges[] LARICS_IN_FLASH = {
     {132, -536870911, 536870911}, /* ODOMETRY.x_mm10 */
     {133, -536870911, 536870911}, /* ODOMETRY.y_mm10 */
     {134, 0, 35999}, /* ODOMETRY.heading_cdeg */
-    {136, 0, 3}, /* ODOMETRY.flags */
 };
 /* generated: end */
 

@@ -34,7 +34,7 @@ class Marker(NamedTuple):
 
     frame: int  # number of the camera frame, wraps to 0 after 2**30 - 1
     age_us: int  # from the middle of the exposure to the start of sending, us
-    flags: int  # sum of MARKER flags
+    flags: int  # sum of MARKER flags; others may follow and are ignored
     id: int  # marker ID, or 65535 for none or uncertain
     index: int  # type: ignore[assignment]  # which of the markers of this frame, 0..count-1; 0 when count is 0
     count: int  # type: ignore[assignment]  # number of markers in this frame
@@ -253,7 +253,7 @@ class Odometry(NamedTuple):
     y_mm10: int  # the same, to the left, 0.1 mm
     heading_cdeg: int  # vehicle's x axis in that frame, counterclockwise, 0.01 deg
     epoch: int  # another one after each jump or reset of x, y, heading or time_us
-    flags: int  # sum of ODOMETRY flags
+    flags: int  # sum of ODOMETRY flags; others may follow and are ignored
 
 
 RECORDS = {

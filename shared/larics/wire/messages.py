@@ -162,7 +162,7 @@ MESSAGES = (
         (
             _FRAME,
             _AGE,
-            ("flags", "H", "", 0, 127, "sum of MARKER flags"),
+            ("flags", "H", "", 0, 65535, "sum of MARKER flags; others may follow and are ignored"),
             ("id", "H", "", 0, 65535, "marker ID, or 65535 for none or uncertain"),
             ("index", "B", "", 0, 254, "which of the markers of this frame, 0..count-1; 0 when count is 0"),
             ("count", "B", "", 0, 255, "number of markers in this frame"),
@@ -337,7 +337,7 @@ MESSAGES = (
             ("y_mm10", "i", "0.1 mm", -_FAR, _FAR, "the same, to the left"),
             ("heading_cdeg", "H", "0.01 deg", 0, 35999, "vehicle's x axis in that frame, counterclockwise"),
             ("epoch", "B", "", 0, 255, "another one after each jump or reset of x, y, heading or time_us"),
-            ("flags", "B", "", 0, 3, "sum of ODOMETRY flags"),
+            ("flags", "B", "", 0, 255, "sum of ODOMETRY flags; others may follow and are ignored"),
         ),
     ),
 )
