@@ -417,7 +417,7 @@ def counted(on_rings, extra):
     distances = array("i", [radius | direction << 16 for radius in on_rings for direction in range(0, 48, 2)])
     distances.append(extra | 1 << 16)
     result = array("i", [0] * 5)
-    coarse.choose_radius(bytearray(60), 0, 0, scale, distances, len(distances), fixed.AXES, 1, result)
+    coarse.choose_radius(0, 0, bytearray(60), scale, distances, len(distances), fixed.AXES, 1, result)
     return result[3], result[4]
 
 

@@ -17,8 +17,8 @@ BLURS = ((128, 0), (610, 0), (1332, 3072), (200, 2176))  # sigma, motion
 def bars_of(sigma, motion):
     """Bars for 17 rels and the one along a line."""
     bars = array("H", bytes(2 * (ALONG + BAR)))
-    blur.blurred_bars(RAMP, 0, 0, LINE_Q8, motion, sigma, COSINE, 0, 1, BAR, 0, bars)
-    blur.blurred_bars(RAMP, 0, 0, 2253, motion, sigma, COSINE, 5, RELS, BAR, ALONG, bars)
+    blur.blurred_bars(0, 0, RAMP, LINE_Q8, motion, sigma, COSINE, 0, 1, BAR, 0, bars)
+    blur.blurred_bars(0, 0, RAMP, 2253, motion, sigma, COSINE, 5, RELS, BAR, ALONG, bars)
     return bars
 
 
@@ -62,7 +62,7 @@ def means_of(kind, sectors, random):
     """Means of `sectors` sectors of 2 directions, as polar.mean_samples writes them."""
     samples = grey_samples(kind, sectors * 32, random)
     means = array("H", bytes(2 * (sectors * 17)))
-    polar.mean_samples(samples, 0, 0, 16, sectors, 16, means)
+    polar.mean_samples(0, 0, samples, 16, sectors, 16, means)
     return means
 
 
@@ -70,5 +70,5 @@ def folds_of(kind, random):
     """Pairs of 32 sectors folded, and their powers."""
     folds = array("H", bytes(2 * 160))
     powers = array("i", bytes(4 * 16))
-    blur.fold_sectors(means_of(kind, 32, random), 0, 0, 16, folds, powers)
+    blur.fold_sectors(0, 0, means_of(kind, 32, random), 16, folds, powers)
     return folds, powers

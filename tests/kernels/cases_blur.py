@@ -10,8 +10,8 @@ from larics.kernels.layouts import STILL
 def blurred_bars(random):
     for width in (1, LINE_Q8, 3277, 16384):
         for sigma, motion in ((128, 0), (610, 0), (1332, 3072), (200, 2176), (16, 16384), (4096, 1)):
-            yield RAMP, 0, 0, width, motion, sigma, COSINE, 0, 4, 14, 0, words(24 * 18, random)
-            yield RAMP, 0, 0, width, motion, sigma, COSINE, 9, 17, 24, 17 * 24, words(24 * 18, random)
+            yield 0, 0, RAMP, width, motion, sigma, COSINE, 0, 4, 14, 0, words(24 * 18, random)
+            yield 0, 0, RAMP, width, motion, sigma, COSINE, 9, 17, 24, 17 * 24, words(24 * 18, random)
 
 
 def ring_templates(random):
@@ -31,7 +31,7 @@ def fold_templates(random):
 
 def fold_sectors(random):
     for kind in KINDS:
-        yield means_of(kind, 32, random), 0, 0, 16, words(160, random), ints(16, random)
+        yield 0, 0, means_of(kind, 32, random), 16, words(160, random), ints(16, random)
 
 
 def match_sectors(random):
@@ -39,12 +39,12 @@ def match_sectors(random):
         folds, powers = folds_of(kind, random)
         for sigma, motion in BLURS:
             templates, sums = folded_of(bars_of(sigma, motion))
-            yield folds, 0, 0, templates, 16, powers, sums, 0, 4, words(16 * 17, random)
+            yield 0, 0, folds, templates, 16, powers, sums, 0, 4, words(16 * 17, random)
 
 
 def best_direction(random):
     for direction, pitch in ((2, 4), (0, 2), (5, 32)):
-        yield words(16 * 17, random, 0, 1024), 0, 0, 16, 4, 2, 512, direction, pitch, ints(1, random)
+        yield 0, 0, words(16 * 17, random, 0, 1024), 16, 4, 2, 512, direction, pitch, ints(1, random)
 
 
 def match_direction(random):

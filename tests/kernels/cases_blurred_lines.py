@@ -47,7 +47,7 @@ def line_depths(random):
         for motion_axis in (25, STILL):
             ink = words(128, random, low, high)
             templates = words(15 * 17, random, 0, 1024)
-            yield ink, 0, 0, TURN, templates, 77, motion_axis, 0, 127, words(128, random)
+            yield 0, 0, ink, TURN, templates, 77, motion_axis, 0, 127, words(128, random)
 
 
 def deepest(random):

@@ -33,7 +33,7 @@ def edge_distances(random):
             scale = radii(
                 width=width, reach_q4=reach, half_line_q4=half_line, slack_q4=slack, capacity=capacity
             )  # fmt: skip
-            yield edges, 0, 0, 0, count, scale, cx, cy, fixed.AXES, ints(capacity, random)
+            yield 0, 0, edges, 0, count, scale, cx, cy, fixed.AXES, ints(capacity, random)
 
 
 def choose_radius(random):
@@ -46,14 +46,14 @@ def choose_radius(random):
         for i in range(count):
             distances[i] = random.below(8 * bins) | random.below(DIRECTIONS) << 16
         scale = radii(first=first, last=last, bins=bins, inner_q10=inner_q10)
-        yield random_bytes(bins, random), 0, 0, scale, distances, count, fixed.AXES, rounds, ints(5, random)
+        yield 0, 0, random_bytes(bins, random), scale, distances, count, fixed.AXES, rounds, ints(5, random)
     # a frame has far fewer edges of one direction at one distance than this
     for direction in (0, 12, 24, 36):
         distances = zeros32(1000)
         for i in range(1000):
             distances[i] = (60 * 8 + 4 + 40) | direction << 16
         scale = radii(first=30, last=90, bins=100, inner_q10=683)
-        yield bytearray(100), 0, 0, scale, distances, 1000, fixed.AXES, 4, zeros32(5)
+        yield 0, 0, bytearray(100), scale, distances, 1000, fixed.AXES, 4, zeros32(5)
 
 
 CASES = {

@@ -22,7 +22,7 @@ def annulus_profile(random):
                 around_first=first, around_last=last, around_samples=samples, around_stride=stride
             )  # fmt: skip
             profile = words(256 // stride, random)
-            yield frame, 0, 0, 0, fixed.LOG_GREY, fixed.COSINE, pose, around, profile
+            yield 0, 0, frame, 0, fixed.LOG_GREY, fixed.COSINE, pose, around, profile
 
 
 def dark_directions(random):

@@ -25,9 +25,9 @@ def grid(width, height, reach, step, first=0, end=0):
 def gradient_histogram(random):
     for frame in frames(WIDTH, HEIGHT, random):
         for reach, step, every in ((1, 1, 1), (2, 3, 1), (3, 3, 2)):
-            yield frame, 0, 0, grid(WIDTH, HEIGHT, reach, step), every, words(128, random, 0, 100)
+            yield 0, 0, frame, grid(WIDTH, HEIGHT, reach, step), every, words(128, random, 0, 100)
     frame = view(pixels("salt", 1024, 5, random))
-    yield frame, 0, 0, grid(1024, 5, 1, 1), 1, zeros16(128)
+    yield 0, 0, frame, grid(1024, 5, 1, 1), 1, zeros16(128)
 
 
 def edge_threshold(random):

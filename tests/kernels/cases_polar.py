@@ -34,7 +34,7 @@ def polar_samples(random):
             samples = words(directions * count, random)
             place = pose(cx, cy, radius, e1, e2, hx, hy)
             where = fan(directions, step, 228, first, count)
-            yield frame, 0, 0, 0, place, where, COSINE, 15137, 6270, samples
+            yield 0, 0, frame, 0, place, where, COSINE, 15137, 6270, samples
 
 
 def circle_samples(random):
@@ -46,14 +46,14 @@ def circle_samples(random):
             samples = words(32 * 256, random)
             for wanted in (255, 0b10000011):
                 sizes = scan(0, 0, 0, least, last)
-                yield frame, 0, 0, WIDTH, cx, cy, COSINE, 32, wanted, sizes, array("H", samples)
+                yield 0, 0, frame, WIDTH, cx, cy, COSINE, 32, wanted, sizes, array("H", samples)
 
 
 def mean_samples(random):
     for kind in KINDS:
         for sectors, count, apart in ((32, 16, 16), (8, 24, 24), (32, 16, 0)):
             samples = grey_samples(kind, 2 * sectors * count, random)
-            yield samples, 0, 0, apart, sectors, count, words((count + 1) * sectors, random)
+            yield 0, 0, samples, apart, sectors, count, words((count + 1) * sectors, random)
 
 
 def sector_radii(random):
@@ -62,7 +62,7 @@ def sector_radii(random):
             templates, sums = templates_of(bars_of(sigma, motion))
             for sector, hop, whole in ((0, 2, 0), (4, 8, 500)):
                 yield (
-                    words(48, random), 0, 0, grey_samples(kind, 32 * 48, random),
+                    0, 0, words(48, random), grey_samples(kind, 32 * 48, random),
                     scan(12 * 64, 64, 48, 24 * 64, 36 * 64, 30 * 64), templates, sums, 150, ints(32, random),
                     sector, hop, whole,
                 )  # fmt: skip

@@ -17,7 +17,7 @@ def ring_shifts(random):
             templates, sums = templates_of(bars_of(sigma, motion))
             for radius, least_match in ((6 * 256, 300), (24000, 0)):
                 yield (
-                    means_of(kind, 32, random), 0, 0, templates, sums, 7 if motion else STILL, radius, 3072,
+                    0, 0, means_of(kind, 32, random), templates, sums, 7 if motion else STILL, radius, 3072,
                     least_match, ints(32, random), ints(32, random), words(96, random),
                 )  # fmt: skip
 
@@ -25,10 +25,10 @@ def ring_shifts(random):
 def shift_harmonics(random):
     for reach in (10, 900, 30000):
         shifts = array("i", [ZERO - reach + random.below(2 * reach + 1) for _ in range(32)])
-        yield shifts, 0, 0, COSINE, 5, 96, ints(7, random)
+        yield 0, 0, shifts, COSINE, 5, 96, ints(7, random)
         gaps = array("i", [value if index & 1 else 0 for index, value in enumerate(shifts)])
-        yield gaps, 0, 0, COSINE, 8, 0, ints(7, random)
-    yield array("i", bytes(128)), 0, 0, COSINE, 5, 96, ints(7, random)
+        yield 0, 0, gaps, COSINE, 8, 0, ints(7, random)
+    yield 0, 0, array("i", bytes(128)), COSINE, 5, 96, ints(7, random)
 
 
 def median(random):

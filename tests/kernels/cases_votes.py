@@ -47,14 +47,14 @@ def cast_votes(random):
             bits[i] = 1 << random.below(24)
         grid = cells_grid(width=width, step=step, row=row, outer=outer, inner=inner)
         for first, every in ((0, 1), (count // 3, 2)):
-            yield array("i", cells), 0, 0, offsets, edges, first, count, every, grid, bits
+            yield 0, 0, array("i", cells), offsets, edges, first, count, every, grid, bits
     # the last pixel of the largest frame, in one cell grid of step 8
     row = 140
     edges = zeros32(1)
     edges[0] = (1024 * 1024 - 1) | 47 << 20
     offsets = words(DIRECTIONS * 8, random, 0, row * 12)
     grid = cells_grid(width=1024, step=8, row=row, outer=2, inner=2)
-    yield zeros32(row * 141), 0, 0, offsets, edges, 0, 1, 1, grid, zeros32(DIRECTIONS * 4)
+    yield 0, 0, zeros32(row * 141), offsets, edges, 0, 1, 1, grid, zeros32(DIRECTIONS * 4)
 
 
 def clear_cells(random):
@@ -75,6 +75,14 @@ def find_windows(random):
             )  # fmt: skip
 
 
+def directions(cells, row, x, y):
+    """How many directions a window of 4x4 cells holds."""
+    joined = 0
+    for place in range(16):
+        joined |= cells[(y + (place >> 2)) * row + x + (place & 3)]
+    return bin(joined).count("1")
+
+
 def rank_centres(random):
     row, rows = 40, 30
     for density, count, capacity, padding, step in (
@@ -86,19 +94,19 @@ def rank_centres(random):
         cells = sparse_cells(row * rows, random, density)
         windows = zeros16(3 * count)
         for i in range(0, 3 * count, 3):
-            windows[i] = random.below(25)
             windows[i + 1] = random.between(1, row // 2 - 3)
             windows[i + 2] = random.between(1, rows // 2 - 3)
+            windows[i] = directions(cells, row, 2 * windows[i + 1], 2 * windows[i + 2])
         centres = ints(3 * capacity + 3, random, 0, 1 << 20)
         grid = cells_grid(row=row, padding=padding, step=step)
-        yield cells, 0, 0, grid, windows, count, tables.BIT_COUNT, centres, capacity
+        yield 0, 0, cells, grid, windows, count, tables.BIT_COUNT, centres, capacity
     # the far corner of the largest grid
     row = 1100
     cells = sparse_cells(row * 8, random, 2)
     windows = zeros16(3)
     windows[0], windows[1], windows[2] = 24, 547, 1
     grid = cells_grid(row=row, padding=60, step=1)
-    yield cells, 0, 0, grid, windows, 1, tables.BIT_COUNT, zeros32(9), 2
+    yield 0, 0, cells, grid, windows, 1, tables.BIT_COUNT, zeros32(9), 2
 
 
 CASES = {

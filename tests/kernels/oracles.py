@@ -41,7 +41,7 @@ def log2_grey(grey):
 
 
 def cast_votes(before, after, result):
-    cells, _, _, offsets, edges, first, count, every, grid, bits = before
+    _, _, cells, offsets, edges, first, count, every, grid, bits = before
     width, step, row = (grid[k] for k in (at.CELLS_WIDTH, at.CELLS_STEP, at.CELLS_ROW))
     outer, inner = grid[at.CELLS_OUTER], grid[at.CELLS_INNER]
     expected = list(cells)
@@ -54,7 +54,7 @@ def cast_votes(before, after, result):
             for offset in offsets[place : place + length]:
                 expected[origin + offset] |= bits[4 * direction + run]
             place += length
-    same(after[0], expected)
+    same(after[2], expected)
     assert result == len(edges[first:count:every]) * 2 * (outer + inner)
 
 
@@ -91,7 +91,7 @@ def find_windows(before, after, result):
 
 
 def rank_centres(before, after, result):
-    cells, _, _, grid, windows, count, _, _, capacity = before
+    _, _, cells, grid, windows, count, _, _, capacity = before
     row, padding, step = grid[at.CELLS_ROW], grid[at.CELLS_PADDING], grid[at.CELLS_STEP]
 
     def around(x, y):
@@ -135,7 +135,7 @@ def _gradient(image, grid, position):
 
 
 def gradient_histogram(before, after, result):
-    image, _, _, grid, every, histogram = before
+    _, _, image, grid, every, histogram = before
     grid = _grid(grid)
     step = grid["STEP"] * every
     expected = list(histogram)
@@ -225,7 +225,7 @@ def count_greys(before, after, result):
 
 
 def edge_distances(before, after, result):
-    edges, _, _, _, count, radii, cx, cy, axes, _ = before
+    _, _, edges, _, count, radii, cx, cy, axes, _ = before
     width, reach = radii[at.RADII_WIDTH], radii[at.RADII_REACH_Q4]
     half_line, slack = radii[at.RADII_HALF_LINE_Q4], radii[at.RADII_SLACK_Q4]
     least, most = [], []  # what surely belongs, and what may by rounding
@@ -292,7 +292,7 @@ def choose_radius(before, after, result):
 
 
 def annulus_profile(before, after, result):
-    image, _, _, _, _, _, fit, shape, profile = before
+    _, _, image, _, _, _, fit, shape, profile = before
     width, height = fit[at.FIT_WIDTH], fit[at.FIT_HEIGHT]
     cx, cy = ((fit[k] - BIAS) / 1024 for k in (at.FIT_TRUE_X_Q10, at.FIT_TRUE_Y_Q10))
     if not (0 <= cx < width and 0 <= cy < height):
@@ -598,7 +598,7 @@ def fold_templates(before, after, result):
 
 
 def fold_sectors(before, after, result):
-    means, _, _, sectors, _, _ = before
+    _, _, means, sectors, _, _ = before
     pairs = numbers(means, 32 * sectors).reshape(sectors, 2, 16).sum(axis=1) - 65536
     for sector in range(sectors):
         pair = pairs[sector]
@@ -624,7 +624,7 @@ def _match(fold, power, template, square):
 
 
 def match_sectors(before, after, result):
-    folds, _, _, templates, sectors, powers, sums, rel, step, _ = before
+    _, _, folds, templates, sectors, powers, sums, rel, step, _ = before
     for one in range(rel, 17, step):
         for sector in range(sectors):
             found = after[9][one * sectors + sector]
@@ -635,7 +635,7 @@ def match_sectors(before, after, result):
 
 
 def best_direction(before, after, result):
-    matches, _, _, sectors, step, offset, floor, direction, pitch, _ = before
+    _, _, matches, sectors, step, offset, floor, direction, pitch, _ = before
     best = (-1, None)
     for one in range(direction, 32, pitch):
         rels = [(offset + sector * step - one) % 32 for sector in range(sectors)]
@@ -670,7 +670,7 @@ def _bilinear(picture, x, y):
 
 
 def polar_samples(before, after, result):
-    image, _, _, _, pose, fan, _, cosine, sine, _ = before
+    _, _, image, _, pose, fan, _, cosine, sine, _ = before
     cx, cy, radius, e1, e2, hx, hy, width, height = pose
     cx, cy, e1, e2, hx, hy = (value - BIAS for value in (cx, cy, e1, e2, hx, hy))
     e1, e2, hx, hy = (value / 16384 for value in (e1, e2, hx, hy))
@@ -699,7 +699,7 @@ def polar_samples(before, after, result):
 
 
 def circle_samples(before, after, result):
-    image, _, _, width, cx, cy, _, directions, wanted, _, samples = before
+    _, _, image, width, cx, cy, _, directions, wanted, _, samples = before
     picture = numbers(image).reshape(-1, width)
     scan = after[9]
     least, last = scan[at.SCAN_LEAST], scan[at.SCAN_LAST]
@@ -726,7 +726,7 @@ def circle_samples(before, after, result):
 
 
 def mean_samples(before, after, result):
-    samples, _, _, apart, sectors, count, _ = before
+    _, _, samples, apart, sectors, count, _ = before
     pitch = count + apart
     for sector in range(sectors):
         first = numbers(samples)[sector * pitch : sector * pitch + count]
@@ -807,7 +807,7 @@ def line_shade(before, after, result):
 
 
 def ring_shifts(before, after, result):
-    means, _, _, templates, sums, motion_axis, radius, limit, least_match, _, _, _ = before
+    _, _, means, templates, sums, motion_axis, radius, limit, least_match, _, _, _ = before
     good = 0
     for sector in range(32):
         rel = (1 + 2 * sector - motion_axis) % 32 if motion_axis < at.STILL else 0
@@ -850,7 +850,7 @@ def ring_shifts(before, after, result):
 
 
 def shift_harmonics(before, after, result):
-    shifts, _, _, _, rounds, floor, _ = before
+    _, _, shifts, _, rounds, floor, _ = before
     values = numbers(shifts)
     found = numbers(after[6])
     assert result == found[6] <= np.count_nonzero(values)
@@ -941,7 +941,7 @@ def _template_at(templates, base, offsets):
 
 
 def line_depths(before, after, result):
-    ink, _, _, fan, templates, angle, motion_axis, first, last, _ = before
+    _, _, ink, fan, templates, angle, motion_axis, first, last, _ = before
     directions, step = fan[at.FAN_DIRECTIONS], 2 * fan[at.FAN_STEP]
     values = numbers(ink) - 32768
     for k in range(first, last + 1):

@@ -85,7 +85,7 @@ class BlurModel:
                 return  # they are still there, as for one coarse look after another
         self._prepared = sigma if templates and not motion else -1
         kernels.blurred_bars(
-            _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, _BAR, first * _BAR,
+            0, 0, _RAMP, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, _BAR, first * _BAR,
             self.bars,
         )  # fmt: skip
         if templates:
@@ -97,7 +97,7 @@ class BlurModel:
 
         again: begin with what was found before. Leaves the templates of all 32 sectors' rels prepared, unless
         nothing explains them: then it returns False."""
-        kernels.fold_sectors(means, 0, 0, _SECTORS, self._folds, self._powers)
+        kernels.fold_sectors(0, 0, means, _SECTORS, self._folds, self._powers)
         self.score = 0
         if again:
             self._try(self.sigma, self.motion, self._direction)
@@ -160,15 +160,15 @@ class BlurModel:
         if tried != self._tried:
             self._tried = tried
             kernels.blurred_bars(
-                _RAMP, 0, 0, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, _RINGS_BAR,
+                0, 0, _RAMP, self._line, MOTIONS[motion], SIGMAS[sigma], COSINE, first, step, _RINGS_BAR,
                 first * _BAR, self.bars,
             )  # fmt: skip
             kernels.fold_templates(self.bars, 0, 0, first, step, templates, sums)
         if direction == _ANY:
             kernels.match_sectors(
-                self._folds, 0, 0, templates, _SECTORS, self._powers, sums, 0, 4, self._matches
+                0, 0, self._folds, templates, _SECTORS, self._powers, sums, 0, 4, self._matches
             )  # fmt: skip
-            score = kernels.best_direction(self._matches, 0, 0, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result)
+            score = kernels.best_direction(0, 0, self._matches, _SECTORS, 4, 2, _FLOOR, 2, 4, self._result)
             direction = self._result[0]
         else:
             score = kernels.match_direction(
@@ -203,6 +203,6 @@ class BlurModel:
     def put_along(self, length, rel):
         """Writes the bar along a line of that length (1/256 unit), at ALONG."""
         kernels.blurred_bars(
-            _RAMP, 0, 0, length, MOTIONS[self.motion], SIGMAS[self.sigma], COSINE, rel, _RELS, _BAR, _ALONG,
+            0, 0, _RAMP, length, MOTIONS[self.motion], SIGMAS[self.sigma], COSINE, rel, _RELS, _BAR, _ALONG,
             self.bars,
         )  # fmt: skip

@@ -198,7 +198,7 @@ class BlurredLines:
 
     def _read_depths(self, fan, angle_turn16, first, last):
         kernels.line_depths(
-            self._ink, 0, 0, fan, self._templates, angle_turn16 >> 7, self.blur.motion_axis, first, last,
+            0, 0, self._ink, fan, self._templates, angle_turn16 >> 7, self.blur.motion_axis, first, last,
             self._depths,
         )  # fmt: skip
 

@@ -118,7 +118,7 @@ class BlurredRings:
     def sample(self, frame, fan, cosine, sine):
         """Samples a fan, turned by (cosine, sine) * 2**14; False when some lie outside the frame."""
         return kernels.polar_samples(
-            frame, 0, 0, 0, self._pose, fan, COSINE, cosine, sine, self.samples
+            0, 0, frame, 0, self._pose, fan, COSINE, cosine, sine, self.samples
         )  # fmt: skip
 
     def coarse(self, frame, x_q8, y_q8, radius_min_q8, radius_max_q8, least):
@@ -144,15 +144,15 @@ class BlurredRings:
         score = 0
         for sector, hop, wanted, share in _LOOKS:
             kernels.circle_samples(
-                frame, 0, 0, self.width, x_q8, y_q8, COSINE, 32, wanted, scan, self.samples
+                0, 0, frame, self.width, x_q8, y_q8, COSINE, 32, wanted, scan, self.samples
             )  # fmt: skip
             score = kernels.sector_radii(
-                self._means, 0, 0, self.samples, scan, blur.templates, blur.sums, _COARSE_MATCH, self._outer,
+                0, 0, self._means, self.samples, scan, blur.templates, blur.sums, _COARSE_MATCH, self._outer,
                 sector, hop, score,
             )  # fmt: skip
             if score << _LOOKS_SHARE < least * share:
                 return 0
-        used = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 8, self.radius_q8 // 6, result)
+        used = sector_kernels.shift_harmonics(0, 0, self._outer, COSINE, 8, self.radius_q8 // 6, result)
         self.x_q10 += result[1] - _ZERO
         self.y_q10 += result[2] - _ZERO
         self.radius_q8 += (result[0] - _ZERO) >> 2
@@ -206,7 +206,7 @@ class BlurredRings:
                 return False
             if lines is not None:
                 lines.erase(self, self._fan)
-            kernels.mean_samples(self.samples, 0, 0, 0 if first else _COUNT, 32, _COUNT, self._means)
+            kernels.mean_samples(0, 0, self.samples, 0 if first else _COUNT, 32, _COUNT, self._means)
             if lines is None and turn < 2 and not self.blur.search(self._means, turn):
                 if first and self.blur.score < _NEAR_SCORE:
                     self.lost = LOST_IN_NOISE if self.blur.is_faint(_FAINT_POWER) else LOST_FOR_GOOD
@@ -224,19 +224,19 @@ class BlurredRings:
         result = self._result
         radius_q8 = self.radius_q8
         good = sector_kernels.ring_shifts(
-            self._means, 0, 0, blur.templates, blur.sums, blur.motion_axis, radius_q8, limit, least_match,
+            0, 0, self._means, blur.templates, blur.sums, blur.motion_axis, radius_q8, limit, least_match,
             self._outer, self._inner, self._sectors,
         )  # fmt: skip
         if good < _LEAST_GOOD:
             return False
-        self.used_outer = sector_kernels.shift_harmonics(self._outer, 0, 0, COSINE, 5, _FLOOR_Q10, result)
+        self.used_outer = sector_kernels.shift_harmonics(0, 0, self._outer, COSINE, 5, _FLOOR_Q10, result)
         outer_r = result[0] - _ZERO
         outer_x = result[1] - _ZERO
         outer_y = result[2] - _ZERO
         outer_cos = result[3] - _ZERO
         outer_sin = result[4] - _ZERO
         outer_deviation = result[5]
-        self.used_inner = sector_kernels.shift_harmonics(self._inner, 0, 0, COSINE, 5, _FLOOR_Q10, result)
+        self.used_inner = sector_kernels.shift_harmonics(0, 0, self._inner, COSINE, 5, _FLOOR_Q10, result)
         if self.used_outer < _LEAST_SECTORS or self.used_inner < _LEAST_SECTORS:
             return False
         inner_r = result[0] - _ZERO

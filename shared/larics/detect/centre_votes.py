@@ -174,12 +174,12 @@ class CentreVotes:
         if not first:
             buffers.clear((block_top * 2 - 2) * grid.row, (block_bottom * 2 + 4) * grid.row)
         self.votes = kernels.cast_votes(
-            cells, 0, 0, self._offsets, edges, first, count, every, self._cells, buffers.bits
+            0, 0, cells, self._offsets, edges, first, count, every, self._cells, buffers.bits
         )  # fmt: skip
         windows = kernels.find_windows(
             cells, 0, grid.row, block_left, block_right, block_top, block_bottom, buffers.above,
             tables.BIT_COUNT, self._least, buffers.windows, WINDOWS,
         )  # fmt: skip
         return kernels.rank_centres(
-            cells, 0, 0, self._cells, buffers.windows, windows, tables.BIT_COUNT, buffers.centres, CENTRES
+            0, 0, cells, self._cells, buffers.windows, windows, tables.BIT_COUNT, buffers.centres, CENTRES
         )

@@ -85,7 +85,7 @@ class EdgeFinder:
 
     def measure_threshold(self, frame):
         """Adapts the threshold to the gradients of the whole frame."""
-        samples = kernels.gradient_histogram(frame, 0, 0, self._grid, _SAMPLED, self._histogram)
+        samples = kernels.gradient_histogram(0, 0, frame, self._grid, _SAMPLED, self._histogram)
         self.threshold = kernels.edge_threshold(
             self._histogram, 0, 0, samples, _THRESHOLD_FLOOR, _MEDIAN_Q4, _SHARE_MIN, self._share_max
         )

@@ -115,7 +115,7 @@ class LineReader:
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
         self.rivals = 0
         if not directions.annulus_profile(
-            frame, 0, 0, 0, LOG_GREY, COSINE, rings.fit, self._shape, self._profile
+            0, 0, frame, 0, LOG_GREY, COSINE, rings.fit, self._shape, self._profile
         ):
             return 0
         stride = self._stride
@@ -160,7 +160,7 @@ class LineReader:
         wave = self._picks
         count = 256 // stride
         inside = directions.annulus_profile(
-            frame, 0, 0, 0, LOG_GREY, COSINE, rings.fit, self._inner_shape, profile
+            0, 0, frame, 0, LOG_GREY, COSINE, rings.fit, self._inner_shape, profile
         )
         if inside < count:
             return False

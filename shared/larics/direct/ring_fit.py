@@ -129,9 +129,9 @@ class RingFit:
         if x_q4 < 0 or y_q4 < 0:
             return False
         distances = coarse.edge_distances(
-            edges, 0, 0, 0, count, radii, x_q4, y_q4, AXES, self.distances
+            0, 0, edges, 0, count, radii, x_q4, y_q4, AXES, self.distances
         )  # fmt: skip
-        coarse.choose_radius(self.bins, 0, 0, radii, self.distances, distances, AXES, _COARSE_ROUNDS, result)
+        coarse.choose_radius(0, 0, self.bins, radii, self.distances, distances, AXES, _COARSE_ROUNDS, result)
         less = _SUPPORT_LESS if radii[_RADII_LAST] < _SMALL_Q8 >> 7 else 0
         if result[3] < _SUPPORT_OUTER - less or result[4] < _SUPPORT_INNER - (less >> 1):
             return False

@@ -4,8 +4,8 @@ On a board viper compiles it, on a PC numba does, and the strict stand-in of `la
 that no int32 overflows. The rules that make all of them give the same bytes:
 
 - index style only: `p[i]`, loads wrapped in `int()`, no calls, no `for`, no defaults, no unary minus
-- arguments are pointers or ints; the first three locals (arguments first) live in registers, so the
-  hot ones come first and some arguments exist only to be such a register
+- arguments are pointers or ints; the first two locals (arguments first) live in registers, so the hot ones
+  come first and some arguments exist only to be such a register
 - every intermediate within +-2**30, divisors never zero, no shift by more than 31
 - a negative value in a ptr32 buffer is loaded as `((int(p[i]) & 0x3FFFFFFF) ^ 0x20000000) - 0x20000000`
   (32-bit boards load it signed, 64-bit ones unsigned); tables for ptr16 are biased instead

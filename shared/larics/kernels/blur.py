@@ -24,8 +24,8 @@ _STILL = const(32)
 
 @micropython.viper
 def blurred_bars(
-    ramp: ptr16, x: int, total: int, width: int, motion: int, sigma: int, cosines: ptr16, rel: int, step: int,
-    count: int, slot: int, bars: ptr16,
+    x: int, distance: int, ramp: ptr16, width: int, motion: int, sigma: int, cosines: ptr16, rel: int,
+    step: int, count: int, slot: int, bars: ptr16,
 ) -> int:  # fmt: skip
     """bars[slot + d] = darkness (1/1024) at d units from the middle of a line, d = 0..count - 1.
 
@@ -202,7 +202,7 @@ def fold_templates(
 
 
 @micropython.viper
-def fold_sectors(means: ptr16, i: int, value: int, sectors: int, folds: ptr16, powers: ptr32) -> int:
+def fold_sectors(i: int, k: int, means: ptr16, sectors: int, folds: ptr16, powers: ptr32) -> int:
     """Adds up the sectors 2 s and 2 s + 1, and in them the units at the same distance from the unit 20.
 
     means: 16 items a sector, as from polar.mean_samples. folds, 10 items for each of `sectors`: 9 such sums
@@ -235,7 +235,7 @@ def fold_sectors(means: ptr16, i: int, value: int, sectors: int, folds: ptr16, p
 
 @micropython.viper
 def match_sectors(
-    folds: ptr16, i: int, slot: int, templates: ptr16, sectors: int, powers: ptr32, sums: ptr32, rel: int,
+    i: int, slot: int, folds: ptr16, templates: ptr16, sectors: int, powers: ptr32, sums: ptr32, rel: int,
     step: int, matches: ptr16,
 ) -> int:  # fmt: skip
     """matches[rel * sectors + s] = squared correlation (1/1024) of sector s with the template of `rel`.
@@ -279,7 +279,7 @@ def match_sectors(
 
 @micropython.viper
 def best_direction(
-    matches: ptr16, sector: int, value: int, sectors: int, step: int, offset: int, floor: int, direction: int,
+    value: int, sector: int, matches: ptr16, sectors: int, step: int, offset: int, floor: int, direction: int,
     pitch: int, result: ptr32,
 ) -> int:  # fmt: skip
     """The direction of motion with the largest sum of matches, of `direction`, + pitch, ... below 32.

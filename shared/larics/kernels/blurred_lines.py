@@ -205,7 +205,7 @@ def ink_profile(
 
 @micropython.viper
 def line_depths(
-    ink: ptr16, i: int, value: int, fan: ptr32, templates: ptr16, angle: int, motion_axis: int, first: int,
+    i: int, j: int, ink: ptr16, fan: ptr32, templates: ptr16, angle: int, motion_axis: int, first: int,
     last: int, depths: ptr16,
 ) -> int:  # fmt: skip
     """depths[k] = how much of a line lies in direction k (1/256 of one) + 32768, for first <= k <= last.

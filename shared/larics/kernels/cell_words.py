@@ -268,7 +268,7 @@ def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int,
 
 @micropython.viper
 def certain_word(
-    value: int, i: int, least: ptr32, weights: ptr32, generator: ptr16, lines: ptr32, result: ptr32
+    j: int, i: int, least: ptr32, weights: ptr32, generator: ptr16, lines: ptr32, result: ptr32
 ) -> int:  # fmt: skip
     """The word of the cells' code that they leave no doubt of; 1, or 0 when there is none.
 

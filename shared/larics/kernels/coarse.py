@@ -22,7 +22,7 @@ _INNER_NEAR_Q4 = const(32)
 
 @micropython.viper
 def edge_distances(
-    edges: ptr32, position: int, x: int, y: int, count: int, radii: ptr32, cx: int, cy: int, axes: ptr16,
+    x: int, reach: int, edges: ptr32, y: int, count: int, radii: ptr32, cx: int, cy: int, axes: ptr16,
     distances: ptr32,
 ) -> int:  # fmt: skip
     """Distances to the candidate centre of the edges that point to it, as ring radii.
@@ -74,7 +74,7 @@ def edge_distances(
 
 @micropython.viper
 def choose_radius(
-    histogram: ptr8, bin: int, value: int, radii: ptr32, distances: ptr32, count: int, axes: ptr16,
+    value: int, bin: int, histogram: ptr8, radii: ptr32, distances: ptr32, count: int, axes: ptr16,
     rounds: int, result: ptr32,
 ) -> int:  # fmt: skip
     """The outer radius whose two rings have most edges, with steps of the centre by least squares.

@@ -32,7 +32,7 @@ _POSITION_ITEMS = const(5)
 
 @micropython.viper
 def code_positions(
-    position: int, x: int, y: int, image: ptr8, log: ptr16, circle: ptr16, fit: ptr32, shape: ptr32,
+    value: int, position: int, y: int, image: ptr8, log: ptr16, circle: ptr16, fit: ptr32, shape: ptr32,
     angle: int, result: ptr32,
 ) -> int:  # fmt: skip
     """What lies at eight positions around the centre, 45 degrees apart, counterclockwise as seen.

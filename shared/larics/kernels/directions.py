@@ -23,7 +23,7 @@ _SHAPE_AROUND_STRIDE = const(10)
 
 @micropython.viper
 def annulus_profile(
-    image: ptr8, x: int, y: int, total: int, log: ptr16, circle: ptr16, fit: ptr32, shape: ptr32,
+    dx: int, dy: int, image: ptr8, total: int, log: ptr16, circle: ptr16, fit: ptr32, shape: ptr32,
     profile: ptr16,
 ) -> int:  # fmt: skip
     """profile[k] = 1 + sum of the log greys of nearest pixels around the rings in direction k * stride / 256.

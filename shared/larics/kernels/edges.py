@@ -23,7 +23,7 @@ _GRID_END = const(8)
 
 @micropython.viper
 def gradient_histogram(
-    image: ptr8, position: int, across: int, grid: ptr32, every: int, histogram: ptr16
+    across: int, position: int, image: ptr8, grid: ptr32, every: int, histogram: ptr16
 ) -> int:
     """Adds the gradient of every so-manyth column and row of the grid to `histogram`.
 

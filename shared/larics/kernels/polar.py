@@ -34,7 +34,7 @@ _SCAN_REFERENCE = const(5)
 
 @micropython.viper
 def polar_samples(
-    image: ptr8, x: int, y: int, position: int, pose: ptr32, fan: ptr32, cosines: ptr16, cosine: int,
+    value: int, position: int, image: ptr8, y: int, pose: ptr32, fan: ptr32, cosines: ptr16, cosine: int,
     sine: int, samples: ptr16,
 ) -> int:  # fmt: skip
     """samples[k * count + i] = grey at unit first + i in direction k of an oblique circle, interpolated.
@@ -105,8 +105,8 @@ def polar_samples(
 
 @micropython.viper
 def circle_samples(
-    image: ptr8, x: int, y: int, width: int, cx: int, cy: int, cosines: ptr16, directions: int, wanted: int,
-    scan: ptr32, samples: ptr16,
+    slot: int, x: int, image: ptr8, width: int, cx: int, cy: int, cosines: ptr16, directions: int,
+    wanted: int, scan: ptr32, samples: ptr16,
 ) -> int:  # fmt: skip
     """samples[k * count + i] = grey of the pixel at the distance first + i * pitch in direction k + 1/2.
 
@@ -154,7 +154,7 @@ def circle_samples(
 
 @micropython.viper
 def mean_samples(
-    samples: ptr16, i: int, slot: int, apart: int, sectors: int, count: int, means: ptr16
+    slot: int, i: int, samples: ptr16, apart: int, sectors: int, count: int, means: ptr16
 ) -> int:
     """means[s * count + i] = mean of the directions 2 s and 2 s + 1, with their offset removed.
 
@@ -191,7 +191,7 @@ def mean_samples(
 
 @micropython.viper
 def sector_radii(
-    profile: ptr16, position: int, product: int, samples: ptr16, scan: ptr32, templates: ptr16, sums: ptr32,
+    position: int, i: int, profile: ptr16, samples: ptr16, scan: ptr32, templates: ptr16, sums: ptr32,
     least_match: int, shifts: ptr32, sector: int, hop: int, whole: int,
 ) -> int:  # fmt: skip
     """The outer radius where the template of both rings correlates best, in every hop-th of 32 sectors.

@@ -331,7 +331,7 @@ def normal_equations(work: ptr32, i: int, slot: int, ratio: int, ratio_weight: i
 
 
 @micropython.viper
-def factor_matrix(row: int, column: int, k: int, work: ptr32) -> int:
+def factor_matrix(k: int, column: int, row: int, work: ptr32) -> int:
     """The matrix in place into unit triangle and pivots; 0 when the sectors do not determine the fit."""
     row = 0
     while row < 8:

@@ -14,7 +14,7 @@ _STILL = const(32)  # as in kernels.layouts
 
 @micropython.viper
 def ring_shifts(
-    means: ptr16, i: int, value: int, templates: ptr16, sums: ptr32, motion_axis: int, radius: int,
+    value: int, i: int, means: ptr16, templates: ptr16, sums: ptr32, motion_axis: int, radius: int,
     limit: int, least_match: int, outer: ptr32, inner: ptr32, sectors: ptr16,
 ) -> int:  # fmt: skip
     """How far each of 32 sectors' rings lie outside of where they are expected: one Gauss-Newton step.
@@ -124,7 +124,7 @@ def ring_shifts(
 
 @micropython.viper
 def shift_harmonics(
-    shifts: ptr32, i: int, value: int, cosines: ptr16, rounds: int, floor: int, result: ptr32
+    other: int, angle: int, shifts: ptr32, cosines: ptr16, rounds: int, floor: int, result: ptr32
 ) -> int:
     """Harmonics 0..2 of 32 sectors' shifts, with outliers left out.
 

@@ -21,7 +21,7 @@ _CELLS_INNER = const(5)
 
 @micropython.viper
 def cast_votes(
-    cells: ptr32, entry: int, cell: int, offsets: ptr16, edges: ptr32, first: int, count: int, every: int,
+    cell: int, entry: int, cells: ptr32, offsets: ptr16, edges: ptr32, first: int, count: int, every: int,
     grid: ptr32, bits: ptr32,
 ) -> int:  # fmt: skip
     """Sets, for every so-manyth edge (position | direction << 20) from `first` to before `count`, its
@@ -67,6 +67,25 @@ def cast_votes(
 @micropython.viper
 def clear_cells(cells: ptr32, i: int, end: int):
     """Sets the cells from i to before `end` to 0, and up to three more; i is a multiple of 4."""
+    last = end - 15
+    while i < last:
+        cells[i] = 0
+        cells[i + 1] = 0
+        cells[i + 2] = 0
+        cells[i + 3] = 0
+        cells[i + 4] = 0
+        cells[i + 5] = 0
+        cells[i + 6] = 0
+        cells[i + 7] = 0
+        cells[i + 8] = 0
+        cells[i + 9] = 0
+        cells[i + 10] = 0
+        cells[i + 11] = 0
+        cells[i + 12] = 0
+        cells[i + 13] = 0
+        cells[i + 14] = 0
+        cells[i + 15] = 0
+        i += 16
     while i < end:
         cells[i] = 0
         cells[i + 1] = 0
@@ -136,7 +155,7 @@ def find_windows(
 
 @micropython.viper
 def rank_centres(
-    cells: ptr32, i: int, value: int, grid: ptr32, windows: ptr16, count: int, ones: ptr8, centres: ptr32,
+    value: int, i: int, cells: ptr32, grid: ptr32, windows: ptr16, count: int, ones: ptr8, centres: ptr32,
     capacity: int,
 ) -> int:  # fmt: skip
     """The best centres among the windows, best first, as (score, x_q8, y_q8) triples in `centres`.
@@ -154,34 +173,74 @@ def rank_centres(
         x = int(windows[window * 3 + 1]) * 2 + 1
         y = int(windows[window * 3 + 2]) * 2 + 1
         window += 1
-        best = 0
+        # of a full list none gives way to less than its last; nine cells have nine times a window's at most
+        if kept == capacity and int(windows[window * 3 - 3]) * 17 <= int(centres[capacity * 3 - 3]):
+            continue
+        i = (y - 1) * row + x - 1
+        upper_left = 0
+        upper_right = 0
+        lower_left = 0
+        lower_right = 0
+        ones_upper_left = 0
+        ones_upper_right = 0
+        ones_lower_left = 0
+        ones_lower_right = 0
+        line = 0
+        while line < 4:
+            # a row of four cells is the left and the right part of two sets of nine
+            value = int(cells[i])
+            left = value
+            ones_left = int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+            value = int(cells[i + 3])
+            right = value
+            ones_right = int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+            value = int(cells[i + 1])
+            middle = value
+            total = int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+            value = int(cells[i + 2])
+            middle = middle | value
+            total += int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
+            left = left | middle
+            right = right | middle
+            ones_left += total
+            ones_right += total
+            if line < 3:
+                upper_left = upper_left | left
+                upper_right = upper_right | right
+                ones_upper_left += ones_left
+                ones_upper_right += ones_right
+            if line > 0:
+                lower_left = lower_left | left
+                lower_right = lower_right | right
+                ones_lower_left += ones_left
+                ones_lower_right += ones_right
+            i += row
+            line += 1
         best_x = x
         best_y = y
-        corner = 0
-        while corner < 4:
-            i = (y + (corner >> 1) - 1) * row + x + (corner & 1) - 1
-            joined = 0
-            total = 0
-            line = 0
-            while line < 3:
-                value = int(cells[i])
-                joined = joined | value
-                total += int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
-                value = int(cells[i + 1])
-                joined = joined | value
-                total += int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
-                value = int(cells[i + 2])
-                joined = joined | value
-                total += int(ones[value & 255]) + int(ones[(value >> 8) & 255]) + int(ones[value >> 16])
-                i += row
-                line += 1
-            value = int(ones[joined & 255]) + int(ones[(joined >> 8) & 255]) + int(ones[joined >> 16])
-            value = (value << 3) + total
-            if value > best:
-                best = value
-                best_x = x + (corner & 1)
-                best_y = y + (corner >> 1)
-            corner += 1
+        value = int(ones[upper_left & 255]) + int(ones[(upper_left >> 8) & 255]) + int(ones[upper_left >> 16])
+        best = (value << 3) + ones_upper_left
+        i = upper_right
+        value = (
+            (int(ones[i & 255]) + int(ones[(i >> 8) & 255]) + int(ones[i >> 16])) << 3
+        ) + ones_upper_right
+        if value > best:
+            best = value
+            best_x = x + 1
+        i = lower_left
+        value = ((int(ones[i & 255]) + int(ones[(i >> 8) & 255]) + int(ones[i >> 16])) << 3) + ones_lower_left
+        if value > best:
+            best = value
+            best_x = x
+            best_y = y + 1
+        i = lower_right
+        value = (
+            (int(ones[i & 255]) + int(ones[(i >> 8) & 255]) + int(ones[i >> 16])) << 3
+        ) + ones_lower_right
+        if value > best:
+            best = value
+            best_x = x + 1
+            best_y = y + 1
         # a near centre that is better wins; worse ones nearby are dropped
         slot = 0
         wins = 1
