@@ -1,9 +1,10 @@
 """Runs the program on a PC in a closed loop: frames and the vehicle's bytes from a pipe in, the wire on a
 terminal device out.
 
-    micropython firmware/pc/closed_loop_main.py PIPE PORT SETTINGS.json [LATENCY_US]
+    micropython firmware/pc/closed_loop_main.py PIPE PORT SETTINGS.json [LATENCY_US [CONTROLS]]
 
-Also runs on CPython, for long simulations; see cameras.pipe for the frames.
+Also runs on CPython, for long simulations; see pc.pipe_camera for the frames, and for CONTROLS, the
+pipe that is told exposure and gain.
 """
 
 import json
@@ -30,14 +31,15 @@ else:
 
 
 def main(arguments):
-    if len(arguments) not in (3, 4):
-        sys.stderr.write("live: give PIPE PORT SETTINGS.json [LATENCY_US]\n")
+    if not 3 <= len(arguments) <= 5:
+        sys.stderr.write("live: give PIPE PORT SETTINGS.json [LATENCY_US [CONTROLS]]\n")
         return 2
     try:
         with open(arguments[2]) as file:
             settings = Settings(json.load(file))
         line = Line(UART(arguments[1]))
-        camera = Pipe(arguments[0], int(arguments[3]) if len(arguments) == 4 else 15000, line)
+        latency_us = int(arguments[3]) if len(arguments) > 3 else 15000
+        camera = Pipe(arguments[0], latency_us, line, arguments[4] if len(arguments) > 4 else None)
         app = App(settings, camera, line, "live", clock=camera.clock)
     except (ValueError, OSError, CameraError) as error:
         sys.stderr.write("live: %s\n" % error)

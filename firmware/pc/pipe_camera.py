@@ -8,6 +8,9 @@ The stream has records with a header of 16 bytes, little-endian: magic, width u1
 time_us u32 below 2**30. "LPF1" is a frame, taken at that time, width * height pixels follow. "LPB1" are width
 bytes that the line has brought by that time; they come before the first frame that is still processed then.
 The end of the stream ends the camera.
+
+With a second pipe the program answers each frame, before it waits for the next one: CONTROLS, little-endian,
+exposure_us u32 and gain_cdb u32 as the driver has them now, for a simulator whose light and blur follow them.
 """
 
 import struct
@@ -15,6 +18,7 @@ import struct
 from cameras import CameraError
 
 HEADER = "<4sHHII"
+CONTROLS = "<II"
 MAGIC = b"LPF1"
 LINE_MAGIC = b"LPB1"
 _PERIOD = 1 << 30
@@ -83,18 +87,19 @@ class Line:
 
 class Pipe:
     """A camera driver; `path` of a named pipe or another stream. grab() waits for the next frame, but for a
-    Line, when there is one, it returns without a frame each time that bytes arrived before it."""
+    Line, when there is one, it returns without a frame each time that bytes arrived before it. `controls`:
+    path of the pipe that is told exposure and gain; without one they change nothing."""
 
-    adjustable = False
-
-    def __init__(self, path, latency_us=15000, line=None):
-        self._path = path
+    def __init__(self, path, latency_us=15000, line=None, controls=None):
+        self._path, self._controls_path = path, controls
+        self.adjustable = controls is not None
         self._line = line
         self.clock = FrameClock(latency_us)
         self._exposure_us, self._gain_cdb = 1000, 0
 
     def start(self):
         self._file = open(self._path, "rb", buffering=0)
+        self._controls = open(self._controls_path, "wb", buffering=0) if self.adjustable else None
         self._header = bytearray(struct.calcsize(HEADER))
         self._arriving = []  # (time_us, bytes) of the line, before the next frame has been processed
         self.skipped = 0
@@ -157,9 +162,12 @@ class Pipe:
     def grab(self):
         if self.ended:
             return False
-        if not self._pending and not self._read_header():
-            self.ended = True
-            return False
+        if not self._pending:
+            if self._controls:
+                self._controls.write(struct.pack(CONTROLS, self._exposure_us, self._gain_cdb))
+            if not self._read_header():
+                self.ended = True
+                return False
         self._pending = True
         if self._serve(self._next[4]):
             return False

@@ -100,6 +100,19 @@ def test_the_receive_buffer_is_as_large_as_a_boards():
     assert read(line) == bytes(1000) + b"x" * 24
 
 
+def test_exposure_and_gain_are_told_after_each_frame():
+    write((8, 4, 0, 0), (8, 4, 1, 10), (8, 4, 2, 20))
+    told = PATH + "-controls"
+    camera = Pipe(PATH, controls=told)
+    camera.start()
+    assert camera.adjustable and not Pipe(PATH).adjustable
+    while camera.grab():
+        camera.exposure(700 + camera.frame_number)
+        camera.gain(100 * camera.frame_number)
+    with open(told, "rb") as file:
+        assert struct.unpack("<6I", file.read()) == (700, 0, 701, 100, 702, 200)
+
+
 def test_a_stream_that_breaks_off_ends_the_camera():
     write((8, 4, 0, 0), (8, 4, 1, 10), cut=5)
     camera = Pipe(PATH)

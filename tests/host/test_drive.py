@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
+from larics.marker.far_apart import FAR_APART_IDS
 from larics.settings import Settings
 from larics.wire import messages as m
 from larics.wire.codec import Decoder
@@ -107,6 +108,8 @@ def test_what_the_vehicle_sends(sender):
 def test_the_published_field():
     places = field.triangle(2000.0)
     assert sorted(places) == [3, 4, 7]
+    assert field.draw_field("sunny", 1).markers == places
+    assert set(field.draw_field("sunny-coded", 1).markers) == set(field.CODED_IDS) <= set(FAR_APART_IDS)
     ids = list(places)
     for here, there in zip(ids, ids[1:] + ids[:1], strict=True):
         x, y, heading = places[here]
@@ -129,6 +132,9 @@ def test_light_can_be_switched():
     lit = field.draw_field("lights", 3)
     assert lit.light(12.0).contrast < 0.3 * lit.light(9.0).contrast
     assert lit.light(21.0).contrast > 3 * lit.light(19.0).contrast
+    longer, louder = lit.light(12.0, 3 * lit.camera.exposure_us), lit.light(12.0, gain=3.0)
+    assert longer.contrast == pytest.approx(3 * lit.light(12.0).contrast) == louder.contrast
+    assert longer.read_noise == lit.sensor.read_noise < louder.read_noise
 
 
 def test_what_was_not_measured_is_null_in_json():

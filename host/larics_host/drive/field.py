@@ -25,6 +25,7 @@ from larics_host.render.sensor import Sensor
 from larics_host.render.series import generator, view_area_m2
 
 IDS = (3, 4, 7)
+CODED_IDS = (491, 665, 821)  # of larics.marker.far_apart
 CEILING_MM = 3000.0
 WIDTH, HEIGHT = 360, 296
 FOCAL_PX = WIDTH / 2 / math.tan(math.radians(15))
@@ -43,8 +44,11 @@ ASSUMED = (
     "rings that are no markers; the published experiment's ceiling may have been kinder",
     "the vehicle has two driven wheels 300 mm apart, 60 ms of delay, 80 ms of lag, 0.3 % of bias and 2 % of "
     "noise on each wheel's speed",
-    "the exposure stays as it is, also when the light is switched",
-    "capture and detection take 15 ms, then the line 115200 baud",
+    "the exposure stays as it is, but where the light is switched: there the firmware's control sets it, and "
+    "a frame has the exposure that was set two frames before",
+    "capture and detection take 15 ms: 3.7 ms are half the readout of 296 rows, and 11 ms are two million "
+    "instructions, as counted on an emulated Cortex-M7 for a frame with one marker, at a clock of 480 MHz "
+    "and 2.7 cycles an instruction; then the line of 115200 baud",
     "the vehicle stops below each marker and turns there, as in figure 9",
 )
 
@@ -67,7 +71,9 @@ class Condition:
 
     preset, speed_mm_s, rate_hz, seconds, side_mm (of the triangle)
     dirty, missing   ID of a marker with stains, and of one that has been taken down
+    ids              of the markers, in the order of the route
     events           function (rng, seconds) -> list of Event
+    has_exposure_control   the firmware sets exposure and gain; otherwise they stay
     accel_mm_s2, miscalibrated (the settings differ from the camera by what a good calibration leaves)
     """
 
@@ -77,11 +83,13 @@ class Condition:
     rate_hz: float = 20.0
     seconds: float = 90.0
     side_mm: float = 2000.0
+    ids: tuple[int, ...] = IDS
     dirty: int = 0
     missing: int = 0
     events: Callable[..., list[Event]] | None = None
     accel_mm_s2: float = 400.0
     miscalibrated: bool = False
+    has_exposure_control: bool = False
 
 
 def _pushes(rng, seconds):
@@ -99,14 +107,24 @@ def _switches(_, seconds):
 
 
 _PAPER = Condition("", rate_hz=PUBLISHED_RATE_HZ, seconds=420.0)
-CONDITIONS = {
+_PUBLISHED = {
     "cloudy": replace(_PAPER, summary="cloudy, 20 cm/s, as published", preset="cloudy"),
     "sunny": replace(_PAPER, summary="sunny, 20 cm/s, as published"),
     "double": replace(_PAPER, summary="sunny, 40 cm/s, as published", speed_mm_s=400.0),
+}
+CODED = "-coded"
+CONDITIONS = {
+    **_PUBLISHED,
+    **{
+        name + CODED: replace(one, summary=one.summary + ", coded markers", ids=CODED_IDS)
+        for name, one in _PUBLISHED.items()
+    },
     "steady": Condition("sunny, 20 cm/s, 20 frames/s"),
     "fast-1": Condition("sunny, 1 m/s", speed_mm_s=1000.0, side_mm=4000.0, accel_mm_s2=1500.0, rate_hz=30.0),
     "fast-2": Condition("sunny, 2 m/s", speed_mm_s=2000.0, side_mm=5000.0, accel_mm_s2=3000.0, rate_hz=30.0),
-    "lights": Condition("lights switched every 10 s, to a fifth and back", events=_switches),
+    "lights": Condition(
+        "lights switched every 10 s, to a fifth and back", events=_switches, has_exposure_control=True
+    ),
     "dirty": Condition("marker 4 is dirty", dirty=4),
     "missing": Condition("marker 4 has been taken down", missing=4, seconds=160.0),
     "pushed": Condition("robot pushed aside and turned every 25 s", events=_pushes),
@@ -132,14 +150,20 @@ class Field:
     settings: dict
     noise: np.random.Generator = field(repr=False)
 
-    def light(self, time_s: float) -> Sensor:
-        """The sensor in the light of this moment."""
+    def light(self, time_s: float, exposure_us: float | None = None, gain: float = 1.0) -> Sensor:
+        """The sensor in the light of this moment, with an exposure (None: the camera's) and a linear gain."""
         factor = 1.0 + 0.2 * math.sin(2 * math.pi * time_s / 40.0)
         switched = 1.0
         for event in self.events:
             if event.kind == "light" and event.at_s <= time_s:
                 switched = event.factor
-        return replace(self.sensor, contrast=self.sensor.contrast * factor * switched)
+        amount = factor * switched * gain * (exposure_us or self.camera.exposure_us) / self.camera.exposure_us
+        return replace(
+            self.sensor,
+            contrast=self.sensor.contrast * amount,
+            read_noise=self.sensor.read_noise * gain,
+            shot_noise=self.sensor.shot_noise * gain,
+        )
 
 
 def triangle(side_mm: float, ids: Sequence[int] = IDS) -> dict[int, tuple[float, float, float]]:
@@ -162,7 +186,7 @@ def draw_field(name: str, seed: int) -> Field:
     condition = CONDITIONS[name]
     layout, furniture, noise, fate = (generator("drive-" + name, seed, purpose) for purpose in (1, 2, 3, 4))
     preset = PRESETS[condition.preset]
-    markers = triangle(condition.side_mm)
+    markers = triangle(condition.side_mm, condition.ids)
     half_diagonal_square = (WIDTH**2 + HEIGHT**2) / 4 / FOCAL_PX**2
     camera = Camera(
         width=WIDTH,
@@ -199,14 +223,14 @@ def draw_field(name: str, seed: int) -> Field:
         x, y, _ = markers[condition.dirty]
         stains = table(clutter.draw_dirt(furniture, x, y, plates[0].radius_mm, 40))
         scene.shades = np.concatenate([scene.shades, stains]) if len(scene.shades) else stains
-    first = markers[IDS[0]]
+    first = markers[condition.ids[0]]
     angle = layout.uniform(0, 2 * math.pi)
     start = Pose(first[0] + 250 * math.cos(angle), first[1] + 250 * math.sin(angle), layout.uniform(0, 360))
     return Field(
         name,
         condition,
         markers,
-        (*IDS, IDS[0]),
+        (*condition.ids, condition.ids[0]),
         scene,
         camera,
         Sensor(**middle),
@@ -239,7 +263,8 @@ def camera_settings(
         "radius_min_px": int(radius_px * 0.85),
         "radius_max_px": math.ceil(radius_px * 1.15),
         "max_speed_mm_s": int(condition.speed_mm_s),
-        "route": [*IDS, IDS[0]],
+        "exposure_us": round(camera.exposure_us),
+        "route": [*condition.ids, condition.ids[0]],
         "map": [
             [marker_id, x, y, round(heading * 100) % 36000, 0, 0]
             for marker_id, (x, y, heading) in markers.items()

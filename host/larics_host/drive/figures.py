@@ -25,7 +25,7 @@ _WORDS = {m.TRACKING: "tracking", m.COASTING: "coasting", m.CARRIED: "carried by
 
 def path_figure(trace: Trace, title: str) -> Figure:
     """The driven path over the map, coloured by the state of the reported pose; a matplotlib Figure."""
-    plot = new_figure(8.4, 6.2)
+    plot = new_figure(7.6, 6.6)
     axes = plot.add_subplot()
     frames = trace.frames
     x = np.array([frame.x_mm for frame in frames]) / 1000
@@ -35,11 +35,11 @@ def path_figure(trace: Trace, title: str) -> Figure:
     for state, colour in _COLOURS.items():
         chosen = states == state
         if chosen.any():
-            axes.scatter(x[chosen], y[chosen], s=3, color=colour, label=_WORDS[state], zorder=2)
+            axes.scatter(x[chosen], y[chosen], s=5, color=colour, label=_WORDS[state], zorder=2)
     reported = np.array([frame.pose[:2] for frame in frames if frame.state == m.TRACKING])
     if len(reported):
         axes.plot(
-            *(reported.T / 1000), ",", color="black", label="reported while tracking", alpha=0.6, zorder=3
+            *(reported.T / 1000), ".", color="black", label="reported while tracking", markersize=1, zorder=3
         )
     for time_s in trace.pushes:
         frame = min(frames, key=lambda f: abs(f.time_s - time_s))
@@ -48,11 +48,11 @@ def path_figure(trace: Trace, title: str) -> Figure:
         gone = marker_id == trace.field.condition.missing
         _draw_marker(axes, marker_id, mx / 1000, my / 1000, math.radians(heading), gone)
     axes.margins(0.12)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
     axes.set_title(title)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), fontsize=8, markerscale=3)
+    plot.legend(loc="outside lower center", ncols=5, fontsize=8, markerscale=3)
     return plot
 
 
@@ -112,9 +112,9 @@ def strip(
             _draw_detection(tile, found)
         tile = cv2.resize(tile, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         label = "%.1f s  %s" % (time_s, caption)
-        cv2.putText(tile, label, (6, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 3, cv2.LINE_AA)
-        cv2.putText(tile, label, (6, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 1, cv2.LINE_AA)
-        tiles.append(cv2.copyMakeBorder(tile, 2, 2, 2, 2, cv2.BORDER_CONSTANT, value=(255, 255, 255)))
+        tile = cv2.copyMakeBorder(tile, 22, 6, 3, 3, cv2.BORDER_CONSTANT, value=(255, 255, 255))
+        cv2.putText(tile, label, (4, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
+        tiles.append(tile)
     while tiles and len(tiles) % columns:
         tiles.append(np.full_like(tiles[0], 255))
     rows = [np.hstack(tiles[k : k + columns]) for k in range(0, len(tiles), columns)]

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 
 HEADER = struct.Struct("<4sHHII")  # as firmware/pc/pipe_camera.py reads it
+_CONTROLS = struct.Struct("<II")  # as it writes them
 MAGIC, LINE_MAGIC = b"LPF1", b"LPB1"
 
 
@@ -47,7 +48,8 @@ class Firmware:
     """firmware/pc/closed_loop_main.py with these settings (dict); use as a context manager.
 
     latency_us: what capture and detection are assumed to take on the board. start_s, answer_s: how long to
-    wait for the first answer (kernels may have to be compiled) and for any other.
+    wait for the first answer (kernels may have to be compiled) and for any other. is_adjustable: the program
+    controls exposure and gain; `controls` is then (exposure_us, gain_cdb) as set after the last frame.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class Firmware:
         latency_us: int = 15000,
         start_s: float = 120.0,
         answer_s: float = 120.0,
+        is_adjustable: bool = False,
     ) -> None:
         root = source_root()
         program = root / "firmware" / "pc" / "closed_loop_main.py"
@@ -69,10 +72,18 @@ class Firmware:
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
         command = interpreter_command(interpreter)
+        arguments = [str(pipe), os.ttyname(self._slave), str(config), str(latency_us)]
+        self._controls_pipe = -1
+        self.controls: tuple[int, ...] = ()
+        if is_adjustable:
+            controls = folder / "controls"
+            os.mkfifo(controls)
+            self._controls_pipe = os.open(controls, os.O_RDONLY | os.O_NONBLOCK)
+            arguments.append(str(controls))
         search = ("shared", "firmware", ".frozen")
         environment = dict(os.environ, MICROPYPATH=":".join(search), PYTHONPATH=":".join(search[:2]))
         self._process = subprocess.Popen(
-            [*command, str(program), str(pipe), os.ttyname(self._slave), str(config), str(latency_us)],
+            [*command, str(program), *arguments],
             cwd=root,
             env=environment,
             stdin=subprocess.DEVNULL,
@@ -152,11 +163,24 @@ class Firmware:
             self.received_bytes += len(piece)
             self._unread += piece
             self._decoder.feed(piece, len(piece))
+        if self._controls_pipe >= 0:
+            self.controls = self._read_controls(until)
         self._patience_s = self._answer_s
         messages, self._messages = self._messages, []
         end = self._unread.rfind(0) + 1
         self.last_bytes, self._unread = bytes(self._unread[:end]), self._unread[end:]
         return messages
+
+    def _read_controls(self, until):
+        """What the program set after this frame; it tells that when it waits for the next one."""
+        data = b""
+        while len(data) < _CONTROLS.size:
+            left = until - time.monotonic()
+            if left < 0 or self._process.poll() is not None:
+                raise UserError("the firmware does not answer: " + self._last_words())
+            if select.select([self._controls_pipe], [], [], min(left, 1.0))[0]:
+                data += os.read(self._controls_pipe, _CONTROLS.size - len(data))
+        return _CONTROLS.unpack(data)
 
     @property
     def line_errors(self) -> int:
@@ -166,6 +190,8 @@ class Firmware:
 
     def close(self) -> None:
         os.close(self._pipe)
+        if self._controls_pipe >= 0:
+            os.close(self._controls_pipe)
         try:
             self._process.wait(timeout=5)
         except subprocess.TimeoutExpired:

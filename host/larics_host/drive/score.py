@@ -63,8 +63,9 @@ def spread(numbers: Iterable[float]) -> Spread:
 
 @dataclass
 class Score:
-    """All figures of a drive; see the functions of this module. covered: by state, shares of x, y and heading
-    within two of their own standard deviations."""
+    """All figures of a drive; see the functions of this module. covered, pulls: by state, of x, y and
+    heading the shares within two of their own standard deviations, and the root mean squares of error by
+    sigma."""
 
     methods: dict
     tracking_mm: Spread
@@ -72,6 +73,7 @@ class Score:
     coasting_mm: Spread
     sigma_ratio: float
     covered: dict
+    pulls: dict
     states: dict
     laps_begun: int
     laps_completed: int
@@ -111,6 +113,7 @@ def score(trace: Trace) -> Score:
         coasting_mm=spread(frame.error[0] for frame in coasting),
         sigma_ratio=float(np.median(ratios)) if ratios else float("nan"),
         covered={"tracking": _covered(tracking), "coasting": _covered(coasting)},
+        pulls={"tracking": _pulls(tracking), "coasting": _pulls(coasting)},
         states={
             name: sum(frame.state == number for frame in frames) / max(1, len(frames))
             for name, number in STATES
@@ -130,11 +133,22 @@ def score(trace: Trace) -> Score:
     )
 
 
+def _in_sigmas(frames):
+    """Error by sigma, (frames, 3)."""
+    off, sigmas = np.array([frame.off for frame in frames]), np.array([frame.sigmas for frame in frames])
+    return off / sigmas
+
+
 def _covered(frames):
     if not frames:
         return []
-    off, sigmas = np.array([frame.off for frame in frames]), np.array([frame.sigmas for frame in frames])
-    return [float(share) for share in np.mean(np.abs(off) <= 2 * sigmas, axis=0)]
+    return [float(share) for share in np.mean(np.abs(_in_sigmas(frames)) <= 2, axis=0)]
+
+
+def _pulls(frames):
+    if not frames:
+        return []
+    return [float(pull) for pull in np.sqrt(np.mean(_in_sigmas(frames) ** 2, axis=0))]
 
 
 def detection(trace: Trace, name: str) -> Detection:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from dataclasses import field as of
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 
 BAUD = 115200
-LATENCY_S = 0.015  # capture and detection on the board, assumed
+LATENCY_S = 0.015  # capture and detection on the board: see field.ASSUMED
+_IN_FLIGHT = 2  # frames until a new exposure is seen: sensors take it for the frame after the next
 _CONTROL_STEPS = 4  # of the vehicle for one of the controller: 20 ms
 _WHOLE = 0.999
 _MOST_SUSPECTS = 12
@@ -153,6 +154,7 @@ class Simulation:
         size = (field_.camera.width, field_.camera.height)
         self._methods = {name: CameraView(dict(field_.settings, method=name), *size) for name in compare}
         self._firmware = (dict(field_.settings, method=driver), interpreter)
+        self._exposures = [(field_.camera.exposure_us, 1.0)] * (_IN_FLIGHT + 1)
         # (time of arrival, type, sequence, record), and the same as bytes of the line
         self._waiting: list[tuple[float, int, int, Any]] = []
         self._line: list[tuple[float, bytes]] = []
@@ -175,7 +177,8 @@ class Simulation:
         settings, interpreter = self._firmware
         events = [event for event in self.field.events if event.kind == "push"]
         period_s = 1 / condition.rate_hz
-        with Firmware(settings, interpreter, int(LATENCY_S * 1e6)) as firmware:
+        is_adjustable = condition.has_exposure_control
+        with Firmware(settings, interpreter, int(LATENCY_S * 1e6), is_adjustable=is_adjustable) as firmware:
             steps, index, processing = 0, 0, None
             while steps * STEP_S < condition.seconds:
                 now_s = steps * STEP_S
@@ -230,17 +233,24 @@ class Simulation:
         """(pose, behaviour, picture, truths) of this moment."""
         field_ = self.field
         pose, motion = self.vehicle.pose, self.vehicle.motion
-        light = field_.light(now_s)
+        exposure_us, gain = self._exposures.pop(0)
+        light = field_.light(now_s, exposure_us, gain)
+        camera = replace(field_.camera, exposure_us=exposure_us)
         return (
             pose,
             self.controller.state,
-            *render_view(field_.scene, pose, motion, field_.camera, light, field_.noise),
+            *render_view(field_.scene, pose, motion, camera, light, field_.noise),
         )
 
     def _report_frame(self, firmware, index, now_s, pose, behaviour, picture, truths):
         """The firmware has done with the frame exposed at now_s."""
         line = self._talk.until(now_s + LATENCY_S) if self._talk else ()
         messages = firmware.exchange(picture, index, int(now_s * 1e6), line)
+        if firmware.controls:
+            exposure_us, gain_cdb = firmware.controls
+            self._exposures.append((float(exposure_us), 10 ** (gain_cdb / 2000)))
+        else:
+            self._exposures.append(self._exposures[-1])
         self.trace.wire += firmware.last_bytes
         arrives_s = now_s + LATENCY_S
         for frame_bytes in firmware.last_bytes.split(b"\0")[:-1]:
