@@ -141,13 +141,14 @@ def test_positions_inside_the_rings(bits):
             0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, fitted(frame, 80.3, 77.6), shape(), turn16, found
         )  # fmt: skip
         for position in range(8):
-            near, far, near_mean, far_mean, level = found[5 * position : 5 * position + 5]
+            near, far, near_mean, far_mean, level, rough = found[6 * position : 6 * position + 6]
             for area in ((near_mean + far_mean) / 2 - BIAS, (near + far) / 2):
                 if position in bits:
                     assert 170 <= area <= 300, (degrees, position, area)
                 else:
                     assert -20 <= area <= 40, (degrees, position, area)
             assert level == pytest.approx(fixed.log_grey(200), abs=30)
+            assert rough > 2000 if position in bits else rough < 60
     fit = pose(6, 77.6, area=ink())
     assert not code.code_positions(
         0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, fit, shape(), 0, found

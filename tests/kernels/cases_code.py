@@ -23,7 +23,7 @@ def code_positions(random):
                     code_first=first, code_last=last, code_radii=radii, code_opening=opening, window=window,
                     line=line,
                 )  # fmt: skip
-                yield 0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, pose, lines, turn16, ints(40, random)
+                yield 0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, pose, lines, turn16, ints(48, random)
 
 
 CASES = {

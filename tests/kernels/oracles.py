@@ -360,7 +360,7 @@ def take_sample(before, after, result):
 
 
 def code_light(before, after, result):
-    positions = numbers(before[1], 40).reshape(8, 5)
+    positions = numbers(before[1], 8 * at.POSITION_ITEMS).reshape(8, at.POSITION_ITEMS)
     levels = positions[:, at.POSITION_LEVEL]
     between = positions[1::2, 2:4] - BIAS  # where neither line nor bit is
     guards = positions[[0, 1, 3, 5, 7], :2].sum(axis=1)
@@ -370,6 +370,7 @@ def code_light(before, after, result):
     expected[at.LIGHT_GUARD] = max(0, guards.max())
     expected[at.LIGHT_STRAY] = np.abs(between.sum(axis=1)).max()
     expected[at.LIGHT_STRAY_HALF] = np.abs(between).max()
+    expected[at.LIGHT_ROUGH] = sorted(positions[[0, 1, 3, 5, 7], at.POSITION_ROUGH])[2]
     same(after[0], expected)
 
 

@@ -37,7 +37,7 @@ _UNEVEN_USED = const(29)  # of both rings' 32 sectors, that agree when faint one
 _UNEVEN_DEVIATION = const(160)  # of both rings together, 1/1024 px, and 1/64 of the radius's 1/256 px
 _RING_DEVIATION = const(5)
 _RING_USED = const(6)
-_LIGHT_ITEMS = const(5)  # items as in kernels.layouts
+_LIGHT_ITEMS = const(6)  # items as in kernels.layouts
 _IN_DOUBT = const(8)  # instead of an ID
 
 

@@ -27,7 +27,7 @@ _CROSSING_ANGLE = const(10)
 _CROSSING_ITEMS = const(11)
 _POSITION_NEAR_MEAN = const(2)
 _POSITION_FAR_MEAN = const(3)
-_POSITION_ITEMS = const(5)
+_POSITION_ITEMS = const(6)
 _SHAPE_LINE_FIRST = const(0)
 _SHAPE_LINE_LAST = const(1)
 _SHAPE_WINDOW = const(2)
@@ -64,7 +64,8 @@ class LineReader:
     rivals             directions outside the rings that pass as an orientation line: 1 for a marker
     line               array of kernels.layouts: CROSSING, what was measured of it
     second_q8          depth of the second darkest direction, 256 = as deep as the line
-    end_q8             darkness beyond the line's end, where the plate must be white, 256 = as dark as it
+    end_q8             darkness beyond the line's ends, outside and between the rings, where the plate must be
+                       white, 256 = as dark as it
     code_inside        whether all eight positions lie inside the frame
     code               array of 8 * kernels.layouts: POSITION
     """
@@ -91,6 +92,9 @@ class LineReader:
         shape[_SHAPE_CODE_LAST] = ((family.code_end_mm10 - 20) << 10) // outer
         shape[_SHAPE_CODE_RADII] = _CODE_RADII
         shape[_SHAPE_CODE_OPENING] = _CODE_OPENING
+        # as beyond the line's end, the plate must be white where the line would go on between the rings
+        self._gap_shape = array("i", shape)
+        self._gap_shape[_SHAPE_BEYOND] = ((outer + family.inner_mm10) << 9) // outer
         self._inner_shape = array("i", shape)
         self._inner_shape[_SHAPE_AROUND_FIRST] = shape[_SHAPE_CODE_FIRST]
         self._inner_shape[_SHAPE_AROUND_LAST] = shape[_SHAPE_CODE_LAST]
@@ -237,9 +241,10 @@ class LineReader:
 
         rounds: two where the centre has moved, which turns the line."""
         self._measure(frame, rings, self.angle_turn16, rounds)
-        self.end_q8 = kernels.line_end(
-            0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self._shape, self.angle_turn16
-        )
+        self.end_q8 = 0
+        for shape in (self._shape, self._gap_shape):
+            dark_q8 = kernels.line_end(0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, shape, self.angle_turn16)
+            self.end_q8 = max(self.end_q8, dark_q8)
 
     def _measure(self, frame, rings, angle_turn16, rounds):
         line = self.line

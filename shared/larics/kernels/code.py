@@ -27,7 +27,8 @@ _POSITION_FAR = const(1)
 _POSITION_NEAR_MEAN = const(2)
 _POSITION_FAR_MEAN = const(3)
 _POSITION_LEVEL = const(4)
-_POSITION_ITEMS = const(5)
+_POSITION_ROUGH = const(5)
+_POSITION_ITEMS = const(6)
 
 
 @micropython.viper
@@ -56,6 +57,11 @@ def code_positions(
     pitch = (((outer * int(shape[_SHAPE_CODE_LAST])) >> 10) - first) // (radii - 1)
     clip = (int(fit[_FIT_AREA]) << 5) // line
     unit = (int(fit[_FIT_AREA]) + 1) * (radii >> 1)
+    square = (int(fit[_FIT_AREA]) << 8) // line
+    if square > 4095:
+        square = 4095
+    # of a line's depth, divided by 64, as what is divided by it is multiplied by 4
+    square = ((square * square) >> 6) + 1
     index = angle >> 8
     fraction = angle & 255
     cosine = int(circle[index])
@@ -70,6 +76,7 @@ def code_positions(
         area = 0
         mean = 0
         level = 0
+        rough = 0
         radius = first
         left = radii
         while left > 0:
@@ -93,6 +100,8 @@ def code_positions(
             base = 0
             value = 0
             sum = 0
+            squares = 0
+            moment = 0
             i = 0
             while i < 9:
                 position = (y >> 8) * width + (x >> 8)
@@ -106,11 +115,15 @@ def code_positions(
                 if i == 0:
                     base = value
                 sum += value
+                moment += (value - base) * i
+                squares += (value - base) * (value - base)
                 x += dx
                 y += dy
                 i += 1
-            # of the last sample
+            # of the last sample, which the line between both ends goes through
             sum = sum - base - value
+            rise = value - base
+            rough += squares - rise * rise - ((rise * ((moment - (rise << 3) << 2) - rise * 35)) >> 4)
             level += base + value
             mean += (((base + value) * 7 >> 1) - sum) * spacing
             if value < base:
@@ -130,6 +143,10 @@ def code_positions(
         result[slot + _POSITION_NEAR_MEAN] = near_mean // unit + _BIAS
         result[slot + _POSITION_FAR_MEAN] = mean // unit + _BIAS
         result[slot + _POSITION_LEVEL] = level // (radii + radii)
+        rough = (rough << 2) // square
+        if rough > 65535:
+            rough = 65535
+        result[slot + _POSITION_ROUGH] = rough
         slot += _POSITION_ITEMS
         turned = ((cosine + sine) * 11585) >> 14
         sine = ((sine - cosine) * 11585) >> 14

@@ -19,12 +19,14 @@ _POSITION_FAR = const(1)
 _POSITION_NEAR_MEAN = const(2)
 _POSITION_FAR_MEAN = const(3)
 _POSITION_LEVEL = const(4)
-_POSITION_ITEMS = const(5)
+_POSITION_ROUGH = const(5)
+_POSITION_ITEMS = const(6)
 _LIGHT_LEVEL = const(0)
 _LIGHT_THIRD = const(1)
 _LIGHT_GUARD = const(2)
 _LIGHT_STRAY = const(3)
 _LIGHT_STRAY_HALF = const(4)
+_LIGHT_ROUGH = const(5)
 
 # areas: 256 = as the rings'; a limit's own doubt, the distance from it that leaves none, follows it
 _GUARD_MOST = const(70)  # where no bit is
@@ -42,7 +44,9 @@ _FADED = const(60)  # twice the depth at which a 0 may be a bleached line; twice
 _FADED_MOST = const(120)  # up to this; where it is brighter than the mean, by so much less;
 _FADED_LEAST = const(20)  # but never below this
 _HALF_FADED = const(30)  # likewise of the deeper half, and twice what their halves stray
-_GLARE_MOST = const(160)  # a position that much brighter than the mean may have lost its line,
+_ROUGH_MOST = const(120)  # mean square of what lies on a 0, 7168 = as deep as a line, and so many times what
+_ROUGH_NOISE = const(3)  # lies where no bit is: something crosses it, and hides a line as well
+_GLARE_MOST = const(130)  # a position that much brighter than the mean may have lost its line,
 _SPOT_MOST = const(50)  # or that much brighter than the third brightest, if it is bright at all:
 _HIGH = const(900)  # where tone curves flatten what the light leaves of a line
 _BRIGHT = const(25)  # a 0 there that is so much brighter than the mean, if not quite empty,
@@ -71,6 +75,7 @@ def code_light(light: ptr32, code: ptr32) -> int:
     guard = 0
     stray = 0
     stray_half = 0
+    rough = 0
     position = 0
     while position < 8:
         slot = position * _POSITION_ITEMS
@@ -105,12 +110,28 @@ def code_light(light: ptr32, code: ptr32) -> int:
                 stray_half = near
             if far > stray_half:
                 stray_half = far
+        if position == 0 or position & 1:
+            value = int(code[slot + _POSITION_ROUGH])
+            below = 0
+            equal = 0
+            other = 0
+            while other < 8:
+                if other == 0 or other & 1:
+                    near = int(code[other * _POSITION_ITEMS + _POSITION_ROUGH])
+                    if near < value:
+                        below += 1
+                    elif near == value:
+                        equal += 1
+                other += 1
+            if below <= 2 and below + equal > 2:
+                rough = value
         position += 1
     light[_LIGHT_LEVEL] = level >> 3
     light[_LIGHT_THIRD] = third
     light[_LIGHT_GUARD] = guard
     light[_LIGHT_STRAY] = stray
     light[_LIGHT_STRAY_HALF] = stray_half
+    light[_LIGHT_ROUGH] = rough
     return 1
 
 
@@ -133,6 +154,7 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
     if int(fit[_FIT_RADIUS_Q8]) < _SMALL_Q8:
         one_least += _SMALL_DOUBT
         zero_most -= _SMALL_DOUBT
+    rough_most = _ROUGH_MOST + int(light[_LIGHT_ROUGH]) * _ROUGH_NOISE
     lighter = _UNDONE
     if int(light[_LIGHT_STRAY]) <= _STRAY_MOST:
         lighter += (int(light[_LIGHT_STRAY]) * _LIGHTER_Q8) >> 8
@@ -176,7 +198,7 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
             doubt = 1
         elif bright > _HIGH and bright - int(light[_LIGHT_THIRD]) > _SPOT_MOST:
             doubt = 1
-        elif depth < 0 - lighter:
+        elif depth < 0 - lighter or int(code[slot + _POSITION_ROUGH]) > rough_most:
             doubt = 1
         elif half > half_faded or (depth * 2 > _FADED_LEAST and depth * 2 > faded - glare):
             doubt = 1

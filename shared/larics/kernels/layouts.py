@@ -124,7 +124,9 @@ POSITION_FAR = const(1)  # of the outer half
 POSITION_NEAR_MEAN = const(2)  # both again, below the mean of the sides, + BIAS
 POSITION_FAR_MEAN = const(3)
 POSITION_LEVEL = const(4)  # of grey beside it, log units
-POSITION_ITEMS = const(5)
+POSITION_ROUGH = const(5)  # mean square of what lies off the line between both sides, 7168 = as deep,
+# at most 65535
+POSITION_ITEMS = const(6)
 
 # PLACE, where a marker lies whose cells are read, of either reader (cells.cell_depths)
 PLACE_X_Q8 = const(0)  # projected centre
@@ -201,7 +203,8 @@ LIGHT_THIRD = const(1)  # of the third brightest
 LIGHT_GUARD = const(2)  # largest area of both halves where no line is,
 LIGHT_STRAY = const(3)  # largest that is stray, of either sign, below the mean of the sides,
 LIGHT_STRAY_HALF = const(4)  # and of one half
-LIGHT_ITEMS = const(5)
+LIGHT_ROUGH = const(5)  # median roughness where no bit is
+LIGHT_ITEMS = const(6)
 
 # ROBUST, one fit of both rings' sectors at once (kernels.robust); sectors: 16 outer, 16 inner ones
 ROBUST_SHIFTS = const(0)  # 32: mean residual of each sector, 1/1024 px + 32768; 0 where there is none

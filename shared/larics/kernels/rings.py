@@ -32,7 +32,7 @@ _FIT_WIDTH = const(20)
 _FIT_HEIGHT = const(21)
 _POSITION_NEAR_MEAN = const(2)
 _POSITION_FAR_MEAN = const(3)
-_POSITION_ITEMS = const(5)
+_POSITION_ITEMS = const(6)
 
 
 @micropython.viper
