@@ -75,6 +75,10 @@ class Actions:
         self._copy[:] = camera.frame
         return self._copy, camera.width, camera.height, self._watch.frame_number
 
+    def window(self):
+        camera = self._watch.camera
+        return self._parts.sensor.window(camera.width, camera.height)
+
 
 def padded(text, size):
     """Text or bytes as exactly `size` bytes, cut or filled with zeros."""

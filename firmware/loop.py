@@ -107,6 +107,7 @@ class Loop:
         if sensor.detector is None:
             return False  # _report_status tries again
         start_us = clock.ticks_us()
+        sensor.found = ()
         try:
             found = sensor.detector.detect(camera.frame)
         except MemoryError:
@@ -117,6 +118,7 @@ class Loop:
             app.faults.begin(m.FAULT_DETECT)  # until a frame is processed
             return False
         app.faults.end(m.FAULT_DETECT)
+        sensor.found = found
         detect_us = clock.ticks_diff(clock.ticks_us(), start_us)
         odometry = app.odometry if app.odometry.heard else None
         if odometry is not None:

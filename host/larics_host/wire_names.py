@@ -95,6 +95,17 @@ ENUMS = (
         ),
     ),
     (
+        "GET_RAW window",
+        (
+            ("RAW_WHOLE", m.RAW_WHOLE, "the whole frame"),
+            ("RAW_MARKERS", m.RAW_MARKERS, "around the markers found in it; the whole frame without one"),
+        ),
+    ),
+    (
+        "RAW_CHUNK coding",
+        (("RAW_PLAIN", m.RAW_PLAIN, "bytes as they are, at most 64; 0..7 are Rice parameters"),),
+    ),
+    (
         "NACK reason",
         (
             ("NACK_UNKNOWN_KEY", m.NACK_UNKNOWN_KEY, "no setting has this key"),
@@ -110,7 +121,7 @@ ENUMS = (
             ("NACK_BUSY", m.NACK_BUSY, "not now: try again"),
             ("NACK_NO_FRAME", m.NACK_NO_FRAME, "no frame yet, or no memory for a copy of it"),
             ("NACK_TRANSFER", m.NACK_TRANSFER, "this raw frame is not kept any more"),
-            ("NACK_CHUNK", m.NACK_CHUNK, "this raw frame has no such chunks"),
+            ("NACK_PIXELS", m.NACK_PIXELS, "this raw frame has no such pixels"),
             ("NACK_TOKEN", m.NACK_TOKEN, "this token was just used for another command"),
             ("NACK_BOOT", m.NACK_BOOT, "the boot number is not the current one: already restarted"),
             ("NACK_UNKNOWN_COMMAND", m.NACK_UNKNOWN_COMMAND, "this firmware does not have this command"),

@@ -448,7 +448,7 @@ def test_a_command_that_raises_does_not_stop_the_loop():
     app.actions.info = None  # not callable
     count = encoder.encode(m.PING, (7,))
     ping = bytes(encoder.buffer[:count])
-    count = encoder.encode(m.GET_RAW, (8,))
+    count = encoder.encode(m.GET_RAW, (8, m.RAW_WHOLE))
     app.actions.raw_frame = None
     uart.incoming = bytes(encoder.buffer[:count])
     steps(app, clock, 300)

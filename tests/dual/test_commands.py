@@ -1,5 +1,7 @@
 """Commands: answered with their token, carried out once, refused with a reason; raw frames in chunks."""
 
+from binascii import crc32
+
 from larics.device.commands import Commands
 from larics.device.outbox import Uptime
 from larics.device.raw_frame import RawSender
@@ -16,7 +18,7 @@ class Actions:
         self.changed = []
         self.saves = 0
         self.broken_flash = False
-        self.frame = None
+        self.frame = self.around = None
 
     def info(self, values):
         values[at(m.INFO, "width")], values[at(m.INFO, "height")] = 360, 296
@@ -32,6 +34,9 @@ class Actions:
 
     def raw_frame(self):
         return self.frame
+
+    def window(self):
+        return self.around
 
 
 class Odometry:
@@ -241,27 +246,57 @@ def _chunks(raw):
     return found
 
 
-def test_a_raw_frame_in_chunks_that_can_be_asked_for_again():
+def noise(k):
+    """0..255, another for each k."""
+    return k * k * 403 % 65521 >> 7 & 255
+
+
+def _named_chunks(raw):
+    return [named(number, values) for number, values in _chunks(raw)]
+
+
+def test_a_raw_frame_in_chunks_whose_pixels_can_be_asked_for_again():
     bench = Bench()
-    assert bench.ask(m.GET_RAW, 1) == [nack(1, m.GET_RAW, m.NACK_NO_FRAME)]
+    assert bench.ask(m.GET_RAW, 1, 0) == [nack(1, m.GET_RAW, m.NACK_NO_FRAME)]
     width, height = 30, 15
-    pixels = bytearray([(7 * k) & 255 for k in range(width * height)])
+    pixels = bytearray([noise(k) for k in range(width * height)])  # cannot be packed
     bench.actions.frame = (pixels, width, height, 99)
-    assert bench.ask(m.GET_RAW, 2) == [ack(2, m.GET_RAW)]
-    header, *chunks = _chunks(bench.raw)
-    head = named(m.RAW_HEADER, header[1])
-    assert header[0] == m.RAW_HEADER and (head["token"], head["frame"], head["chunks"]) == (2, 99, 8)
-    assert (head["width"], head["height"]) == (width, height)
-    assert [values[at(m.RAW_CHUNK, "chunk")] for _, values in chunks] == list(range(8))
-    data = b"".join([values[at(m.RAW_CHUNK, "data")] for _, values in chunks])
-    assert data == bytes(pixels) + bytes(8 * 64 - len(pixels))
-    assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 6, 2) == [ack(3, m.GET_RAW_AGAIN)]
-    assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 6, 2) == [ack(3, m.GET_RAW_AGAIN)]
-    assert [values for _, values in _chunks(bench.raw)] == [values for _, values in chunks[6:]]
-    assert bench.ask(m.GET_RAW_AGAIN, 4, 2, 7, 2) == [nack(4, m.GET_RAW_AGAIN, m.NACK_CHUNK)]
+    assert bench.ask(m.GET_RAW, 2, 0) == [ack(2, m.GET_RAW)]
+    head, *chunks = _named_chunks(bench.raw)
+    assert (head["token"], head["frame"], head["crc_low"]) == (2, 99, crc32(pixels) & 0xFFFF)
+    assert (head["width"], head["height"], head["columns"], head["rows"]) == (width, height, width, height)
+    # strips of 16 and 14 columns, each begun with a chunk of its own
+    assert [one["first"] for one in chunks] == [0, 64, 128, 192, 240, 304, 368, 432]
+    assert [one["count"] for one in chunks] == [64, 64, 64, 48, 64, 64, 64, 18]
+    assert [one["coding"] for one in chunks] == [m.RAW_PLAIN] * 8
+    data = b"".join([one["data"][: one["count"]] for one in chunks])
+    rows = [bytes(pixels[30 * row : 30 * row + 30]) for row in range(height)]
+    assert data == b"".join([row[:16] for row in rows] + [row[16:] for row in rows])
+    assert chunks[-1]["data"][18:] == bytes(46)
+    assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 304, 146) == [ack(3, m.GET_RAW_AGAIN)]
+    assert bench.ask(m.GET_RAW_AGAIN, 3, 2, 304, 146) == [ack(3, m.GET_RAW_AGAIN)]
+    assert _named_chunks(bench.raw) == chunks[5:]
+    assert bench.ask(m.GET_RAW_AGAIN, 4, 2, 305, 146) == [nack(4, m.GET_RAW_AGAIN, m.NACK_PIXELS)]
     assert bench.ask(m.GET_RAW_AGAIN, 5, 1, 0, 1) == [nack(5, m.GET_RAW_AGAIN, m.NACK_TRANSFER)]
-    assert bench.ask(m.GET_RAW, 2) == [ack(2, m.GET_RAW)]  # the answer was lost: header again, no chunks
-    assert _chunks(bench.raw) == [header]
+    assert bench.ask(m.GET_RAW, 2, 0) == [ack(2, m.GET_RAW)]  # the answer was lost: header again, no chunks
+    assert _named_chunks(bench.raw) == [head]
     for token in range(10, 17):
         assert bench.ask(m.GET_RAW_AGAIN, token, 2, 0, 1) == [ack(token, m.GET_RAW_AGAIN)]
     assert bench.ask(m.GET_RAW_AGAIN, 17, 2, 0, 1) == [nack(17, m.GET_RAW_AGAIN, m.NACK_BUSY)]
+
+
+def test_the_packed_chunks_of_a_window_are_the_same_bytes_on_every_interpreter():
+    bench = Bench()
+    width, height = 60, 50
+    pixels = bytearray([noise(k) % (k // 500 + 1) + 2 * (k % 60) for k in range(width * height)])
+    bench.actions.frame, bench.actions.around = (pixels, width, height, 99), (7, 5, 41, 40)
+    assert bench.ask(m.GET_RAW, 2, m.RAW_MARKERS) == [ack(2, m.GET_RAW)]
+    head, *chunks = _named_chunks(bench.raw)
+    assert [head[name] for name in ("left", "top", "columns", "rows")] == [7, 5, 41, 40]
+    assert sum([one["count"] for one in chunks]) == 41 * 40 and len(chunks) == 14
+    codings, data = bytes([one["coding"] for one in chunks]), b"".join([one["data"] for one in chunks])
+    assert crc32(codings + data) == 0x3333FFD
+    bench.actions.around = None  # nothing was found in that frame
+    assert bench.ask(m.GET_RAW, 3, m.RAW_MARKERS) == [ack(3, m.GET_RAW)]
+    head, *_ = _named_chunks(bench.raw)
+    assert [head[name] for name in ("left", "top", "columns", "rows")] == [0, 0, width, height]

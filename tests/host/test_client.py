@@ -2,6 +2,7 @@
 
 import random
 
+import numpy as np
 import pytest
 
 from larics.device.commands import Commands
@@ -51,6 +52,9 @@ class Camera:
 
     def save(self):
         self.saved += 1
+
+    def window(self):
+        return 7, 5, 20, 12
 
     def raw_frame(self):
         self.copies += 1
@@ -106,6 +110,10 @@ def test_every_command_over_a_line_that_loses_bytes(damage):
     raw = client.raw_frame()
     assert raw.pixels == camera.pixels and (raw.width, raw.height, raw.frame) == (40, 30, 5)
     assert camera.copies == 1
+    raw = client.raw_frame(around_markers=True)
+    assert raw.window == (7, 5, 20, 12) and (raw.width, raw.height) == (40, 30)
+    window = np.frombuffer(camera.pixels, np.uint8).reshape(30, 40)[5:17, 7:27]
+    assert (raw.array() == np.pad(window, ((5, 13), (7, 13)), mode="edge")).all()
     client.restart()
     assert camera.commands.restart_due
     assert markers.count(m.MARKER) > 10
@@ -173,5 +181,5 @@ def test_a_raw_transfer_that_stalls_ends_with_an_error():
     camera = Camera()
     client = camera.client()
     camera.raw.next = lambda: camera.raw._header_due and RawSender.next(camera.raw)
-    with pytest.raises(NoAnswer, match="stopped at 0 of 19 chunks"):
+    with pytest.raises(NoAnswer, match="stopped at 0 of 1200 pixels"):
         client.raw_frame(stall_s=0.5)

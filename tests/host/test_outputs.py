@@ -91,7 +91,7 @@ log, draw = McapLog(sys.argv[1], 0), random.Random(1)  # what zstd cannot make s
 resource.setrlimit(resource.RLIMIT_FSIZE, (160000, 300000))
 try:
     for k in range(2000):
-        log.write(message_of(m.RAW_CHUNK, k, (1, k, draw.randbytes(64)), k / 1000))
+        log.write(message_of(m.RAW_CHUNK, k, (1, k, 1, 8, draw.randbytes(64)), k / 1000))
 except CannotWrite as error:
     print(error)
 resource.setrlimit(resource.RLIMIT_FSIZE, (300000, 300000))

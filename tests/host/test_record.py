@@ -28,6 +28,10 @@ def test_frames_of_a_camera_with_the_messages_about_them(tmp_path, capsys):
         assert "3 frames" in capsys.readouterr().out
         assert record("--port", device, "--frames", 1, "-o", tmp_path / "seen") == 2
         assert "holds frames already" in capsys.readouterr().err
+        assert record("--port", device, "--frames", 1, "--window", "-o", tmp_path / "window") == 0
+    (window,) = (tmp_path / "window").glob("*.pgm")
+    original = frames / ("f%02d.pgm" % (int(window.stem.split("_")[1]) % 40))
+    assert window.read_bytes() == original.read_bytes()  # nothing but the marker on an even ground
     seen = sorted((tmp_path / "seen").glob("*.pgm"))
     assert len(seen) == 3
     lines = (tmp_path / "seen" / "messages.jsonl").read_text().splitlines()
@@ -85,6 +89,7 @@ def test_frames_of_a_stream_with_a_log_beside(tmp_path, capsys):
         (["--port", "/dev/null", "--log", "a.jsonl", "-o", "x"], "--log goes with --input"),
         (["--input", "clip.bin", "--frames", "0", "-o", "x"], "--frames 0"),
         (["--input", "clip.bin", "--seconds", "-1", "-o", "x"], "--seconds -1"),
+        (["--input", "clip.bin", "--window", "-o", "x"], "--window goes with --port"),
         (["--input", "clip.bin", "-o", "clip.bin"], "cannot write to clip.bin"),
     ],
 )

@@ -265,18 +265,19 @@ def test_chunks_that_were_lost_are_asked_for_again():
     answer(m.ACK, token=line.questions[-1][1].token, command=m.GET_INFO)
     asker.step(0.1)
     token = line.questions[-1][1].token
-    answer(m.RAW_HEADER, token=token, width=16, height=32, chunks=8)
+    frame = {"width": 16, "height": 32, "columns": 16, "rows": 32}
+    answer(m.RAW_HEADER, token=token, **frame)
     answer(m.ACK, token=token, command=m.GET_RAW)
     for chunk in (0, 1, 4, 7):
-        answer(m.RAW_CHUNK, token=token, chunk=chunk)
+        answer(m.RAW_CHUNK, token=token, first=64 * chunk, count=64, coding=m.RAW_PLAIN)
     asker.step(1.0)
     assert line.questions[-1][0] == "GET_RAW"
     asker.step(2.5)
     name, fields = line.questions[-1]
-    assert (name, fields.transfer, fields.first, fields.count) == ("GET_RAW_AGAIN", token, 2, 2)
+    assert (name, fields.transfer, fields.first, fields.count) == ("GET_RAW_AGAIN", token, 128, 128)
     answer(m.ACK, token=fields.token, command=m.GET_RAW_AGAIN)
     for chunk in (2, 3, 5, 6):
-        answer(m.RAW_CHUNK, token=token, chunk=chunk)
+        answer(m.RAW_CHUNK, token=token, first=64 * chunk, count=64, coding=m.RAW_PLAIN)
     asker.step(900.0)
     count = len(line.questions)
     asker.step(1002.6)

@@ -2,7 +2,6 @@
 
 import math
 import random
-from binascii import crc32
 
 import cv2
 import numpy as np
@@ -19,6 +18,7 @@ from larics_host.ros.topics import BASE, NONE, ODOM, TREE, Names, qos_of
 from larics_host.ros.view import View
 from larics_host.truth import by_frame, read_truth
 from tests.host.test_dual import ROOT
+from tests.host.test_raw_frame import transfer
 from wire_values import message_values
 
 T0_NS = 1_700_000_000_123_456_789
@@ -286,13 +286,10 @@ def test_health():
 
 def raw_messages(frame, number, token=9):
     """(number, fields) of a raw frame."""
-    pixels = frame.tobytes()
-    crc = crc32(pixels)
-    chunks = [pixels[k : k + 64].ljust(64, b"\0") for k in range(0, len(pixels), 64)]
-    told = {"frame": number, "width": frame.shape[1], "height": frame.shape[0], "chunks": len(chunks)}
-    yield m.RAW_HEADER, {"token": token, "crc_low": crc & 0xFFFF, "crc_high": crc >> 16, **told}
-    for k, data in enumerate(chunks):
-        yield m.RAW_CHUNK, {"token": token, "chunk": k, "data": data}
+    header, chunks = transfer(frame)
+    yield m.RAW_HEADER, header._replace(token=token, frame=number)._asdict()
+    for chunk in chunks:
+        yield m.RAW_CHUNK, chunk._replace(token=token)._asdict()
 
 
 @pytest.mark.parametrize("background", [False, True])

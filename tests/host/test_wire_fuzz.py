@@ -73,6 +73,9 @@ class _Actions:
     def raw_frame(self):
         return bytes(300), 20, 15, 7
 
+    def window(self):
+        return 3, 2, 17, 13
+
 
 @st.composite
 def requests(draw):

@@ -89,6 +89,13 @@ extern "C" {
 #define LARICS_RATE_UNKNOWN 65535 /* rate: no second has passed yet */
 #define LARICS_GREY_UNKNOWN 65535 /* grey_mean: no frame yet */
 
+/* GET_RAW window */
+#define LARICS_RAW_WHOLE 0 /* the whole frame */
+#define LARICS_RAW_MARKERS 1 /* around the markers found in it; the whole frame without one */
+
+/* RAW_CHUNK coding */
+#define LARICS_RAW_PLAIN 8 /* bytes as they are, at most 64; 0..7 are Rice parameters */
+
 /* NACK reason */
 #define LARICS_NACK_UNKNOWN_KEY 1 /* no setting has this key */
 #define LARICS_NACK_RANGE 2 /* a value is outside its range */
@@ -99,7 +106,7 @@ extern "C" {
 #define LARICS_NACK_BUSY 7 /* not now: try again */
 #define LARICS_NACK_NO_FRAME 8 /* no frame yet, or no memory for a copy of it */
 #define LARICS_NACK_TRANSFER 9 /* this raw frame is not kept any more */
-#define LARICS_NACK_CHUNK 10 /* this raw frame has no such chunks */
+#define LARICS_NACK_PIXELS 10 /* this raw frame has no such pixels */
 #define LARICS_NACK_TOKEN 11 /* this token was just used for another command */
 #define LARICS_NACK_BOOT 12 /* the boot number is not the current one: already restarted */
 #define LARICS_NACK_UNKNOWN_COMMAND 13 /* this firmware does not have this command */
@@ -301,22 +308,27 @@ typedef struct {
     int32_t value[LARICS_SETTING_VALUES]; /* value of index first + k; 0 where there is none */
 } larics_setting;
 
-/* what the raw frame is whose chunks follow */
+/* what the raw frame is, or the window of it, whose chunks follow */
 typedef struct {
     uint16_t token; /* of GET_RAW; names the transfer */
     uint32_t frame; /* number of the camera frame, wraps to 0 after 2**30 - 1 */
     uint16_t width; /* frame width, px; 1..65535 */
     uint16_t height; /* frame height, px; 1..65535 */
-    uint16_t chunks; /* number of chunks; 1..65535 */
-    uint16_t crc_low; /* CRC-32 of all pixels, low half */
-    uint16_t crc_high; /* CRC-32 of all pixels, high half */
+    uint16_t left; /* first column of the window, px */
+    uint16_t top; /* first row of the window, px */
+    uint16_t columns; /* width of the window; that of the frame when it is whole, px; 1..65535 */
+    uint16_t rows; /* height of the window, px; 1..65535 */
+    uint16_t crc_low; /* CRC-32 of the window's pixels row by row, low half */
+    uint16_t crc_high; /* CRC-32 of the window's pixels, high half */
 } larics_raw_header;
 
-/* 64 pixels of a raw frame, row by row; sent when the line is otherwise idle */
+/* pixels of a raw frame, packed without loss; sent when the line is otherwise idle */
 typedef struct {
     uint16_t token; /* of GET_RAW */
-    uint16_t chunk; /* index: the first pixel is number 64 * chunk */
-    uint8_t data[64]; /* 8-bit pixels; 0 after the last one */
+    uint32_t first; /* number of the first pixel, in strips of 16 columns */
+    uint16_t count; /* number of pixels; 1..505 */
+    uint8_t coding; /* Rice parameter 0..7, or 8: plain bytes; 0..8 */
+    uint8_t data[64]; /* the pixels; 0 after the last one */
 } larics_raw_chunk;
 
 /* the vehicle's odometry at the exposure of a processed frame, as the camera used it; once it has any */
@@ -365,14 +377,15 @@ typedef struct {
 /* answered by RAW_HEADER and ACK, then all RAW_CHUNKs */
 typedef struct {
     uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
+    uint8_t window; /* window of the frame; 0..1 */
 } larics_get_raw;
 
-/* sends chunks again, of the frame still kept */
+/* sends pixels again, of the frame still kept */
 typedef struct {
     uint16_t token; /* returned by the answer; a retry repeats it, a new command does not */
     uint16_t transfer; /* token of the GET_RAW */
-    uint16_t first; /* first chunk */
-    uint16_t count; /* number of chunks; 1..65535 */
+    uint32_t first; /* number of the first pixel, as in RAW_CHUNK */
+    uint32_t count; /* number of pixels; 1..1073741823 */
 } larics_get_raw_again;
 
 /* restarts after its ACK was sent */

@@ -112,11 +112,16 @@ static const field fields[] LARICS_IN_FLASH = {
     {U30, offsetof(larics_raw_header, frame)},
     {U16 | RANGED, offsetof(larics_raw_header, width)},
     {U16 | RANGED, offsetof(larics_raw_header, height)},
-    {U16 | RANGED, offsetof(larics_raw_header, chunks)},
+    {U16, offsetof(larics_raw_header, left)},
+    {U16, offsetof(larics_raw_header, top)},
+    {U16 | RANGED, offsetof(larics_raw_header, columns)},
+    {U16 | RANGED, offsetof(larics_raw_header, rows)},
     {U16, offsetof(larics_raw_header, crc_low)},
     {U16, offsetof(larics_raw_header, crc_high)},
     {U16, offsetof(larics_raw_chunk, token)},
-    {U16, offsetof(larics_raw_chunk, chunk)},
+    {U30, offsetof(larics_raw_chunk, first)},
+    {U16 | RANGED, offsetof(larics_raw_chunk, count)},
+    {U8 | RANGED, offsetof(larics_raw_chunk, coding)},
     {64, offsetof(larics_raw_chunk, data)},
     {U30, offsetof(larics_motion, frame)},
     {U8 | RANGED, offsetof(larics_motion, state)},
@@ -145,10 +150,11 @@ static const field fields[] LARICS_IN_FLASH = {
     {I30, offsetof(larics_set_setting, value[7])},
     {U16, offsetof(larics_save_settings, token)},
     {U16, offsetof(larics_get_raw, token)},
+    {U8 | RANGED, offsetof(larics_get_raw, window)},
     {U16, offsetof(larics_get_raw_again, token)},
     {U16, offsetof(larics_get_raw_again, transfer)},
-    {U16, offsetof(larics_get_raw_again, first)},
-    {U16 | RANGED, offsetof(larics_get_raw_again, count)},
+    {U30, offsetof(larics_get_raw_again, first)},
+    {U30 | RANGED, offsetof(larics_get_raw_again, count)},
     {U16, offsetof(larics_restart, token)},
     {U16, offsetof(larics_restart, boot)},
     {U30, offsetof(larics_odometry, time_us)},
@@ -168,18 +174,18 @@ static const larics_layout layouts[] LARICS_IN_FLASH = {
     {LARICS_ACK, 69, 2, 3},
     {LARICS_NACK, 71, 4, 5},
     {LARICS_SETTING, 75, 12, 39},
-    {LARICS_RAW_HEADER, 87, 7, 16},
-    {LARICS_RAW_CHUNK, 94, 3, 68},
-    {LARICS_MOTION, 97, 9, 28},
-    {LARICS_GET_INFO, 106, 1, 2},
-    {LARICS_PING, 107, 1, 2},
-    {LARICS_GET_SETTING, 108, 2, 3},
-    {LARICS_SET_SETTING, 110, 12, 39},
-    {LARICS_SAVE_SETTINGS, 122, 1, 2},
-    {LARICS_GET_RAW, 123, 1, 2},
-    {LARICS_GET_RAW_AGAIN, 124, 4, 8},
-    {LARICS_RESTART, 128, 2, 4},
-    {LARICS_ODOMETRY, 130, 7, 20},
+    {LARICS_RAW_HEADER, 87, 10, 22},
+    {LARICS_RAW_CHUNK, 97, 5, 73},
+    {LARICS_MOTION, 102, 9, 28},
+    {LARICS_GET_INFO, 111, 1, 2},
+    {LARICS_PING, 112, 1, 2},
+    {LARICS_GET_SETTING, 113, 2, 3},
+    {LARICS_SET_SETTING, 115, 12, 39},
+    {LARICS_SAVE_SETTINGS, 127, 1, 2},
+    {LARICS_GET_RAW, 128, 2, 3},
+    {LARICS_GET_RAW_AGAIN, 130, 4, 12},
+    {LARICS_RESTART, 134, 2, 4},
+    {LARICS_ODOMETRY, 136, 7, 20},
 };
 
 static const range ranges[] LARICS_IN_FLASH = {
@@ -195,15 +201,19 @@ static const range ranges[] LARICS_IN_FLASH = {
     {54, 0, 3}, /* STATUS.state */
     {89, 1, 65535}, /* RAW_HEADER.width */
     {90, 1, 65535}, /* RAW_HEADER.height */
-    {91, 1, 65535}, /* RAW_HEADER.chunks */
-    {98, 0, 2}, /* MOTION.state */
-    {100, -536870911, 536870911}, /* MOTION.x_mm10 */
-    {101, -536870911, 536870911}, /* MOTION.y_mm10 */
-    {102, 0, 35999}, /* MOTION.heading_cdeg */
-    {127, 1, 65535}, /* GET_RAW_AGAIN.count */
-    {132, -536870911, 536870911}, /* ODOMETRY.x_mm10 */
-    {133, -536870911, 536870911}, /* ODOMETRY.y_mm10 */
-    {134, 0, 35999}, /* ODOMETRY.heading_cdeg */
+    {93, 1, 65535}, /* RAW_HEADER.columns */
+    {94, 1, 65535}, /* RAW_HEADER.rows */
+    {99, 1, 505}, /* RAW_CHUNK.count */
+    {100, 0, 8}, /* RAW_CHUNK.coding */
+    {103, 0, 2}, /* MOTION.state */
+    {105, -536870911, 536870911}, /* MOTION.x_mm10 */
+    {106, -536870911, 536870911}, /* MOTION.y_mm10 */
+    {107, 0, 35999}, /* MOTION.heading_cdeg */
+    {129, 0, 1}, /* GET_RAW.window */
+    {133, 1, 1073741823}, /* GET_RAW_AGAIN.count */
+    {138, -536870911, 536870911}, /* ODOMETRY.x_mm10 */
+    {139, -536870911, 536870911}, /* ODOMETRY.y_mm10 */
+    {140, 0, 35999}, /* ODOMETRY.heading_cdeg */
 };
 /* generated: end */
 

@@ -8,18 +8,19 @@ from __future__ import annotations
 import random
 from collections import deque
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from larics import settings as setting_rules
 from larics.wire import codec as protocol
 from larics.wire import messages as m
+from larics_host.connection.raw_frame import RawAssembly
 
 if TYPE_CHECKING:
     from larics_host.connection.receiver import Message
 
 _ANSWER_S = 0.5
 _TRIES = 6
-_STALL_S = 2.0  # of a raw frame, before the chunks that are missing are asked for again
+_STALL_S = 2.0  # of a raw frame, before the pixels that are missing are asked for again
 
 
 class Asker:
@@ -50,9 +51,8 @@ class Asker:
         self._tries = 0
         self._answered = False
         self._boot: int | None = None
-        self._transfer: Any = None  # RAW_HEADER of the frame that comes
+        self._transfer: RawAssembly | None = None  # the frame that comes
         self._raw_token: int | None = None
-        self._missing: set[int] = set()
         self._again = 0
         self._chunk_s = 0.0
         self._picture_s: float | None = None  # when the next one is due
@@ -82,7 +82,7 @@ class Asker:
                 self._ask_again()
         elif self._pictures_s is not None and (self._picture_s is None or now_s >= self._picture_s):
             self._picture_s = now_s + self._pictures_s
-            self._begin(m.GET_RAW, ())
+            self._begin(m.GET_RAW, (m.RAW_WHOLE,))
             self._raw_token = self._token
 
     def note(self, message: Message) -> None:
@@ -134,18 +134,16 @@ class Asker:
     def _of_raw_header(self, fields):
         if fields.token == self._raw_token:  # before its ACK or after it
             if self._transfer is None or self._transfer.token != fields.token:
-                self._missing = set(range(fields.chunks))
+                self._transfer = RawAssembly(fields)
                 self._again = 0
-            self._transfer = fields
             self._chunk_s = self._now_s
 
     def _of_raw_chunk(self, fields):
-        if self._transfer is None or fields.token != self._transfer.token:
+        if self._transfer is None or not self._transfer.add(fields):
             return
-        self._missing.discard(fields.chunk)
         self._chunk_s = self._now_s
         self._again = 0
-        if not self._missing:
+        if self._transfer.missing() is None:
             self._end_transfer()
 
     def _end_transfer(self):
@@ -154,14 +152,10 @@ class Asker:
             self._picture_s = self._now_s + self._pictures_s
 
     def _ask_again(self):
-        """Asks for the first run of chunks that is missing."""
+        """Asks for the first run of pixels that is missing."""
         self._again += 1
         self._chunk_s = self._now_s
         if self._again > _TRIES:
             self._end_transfer()
             return
-        first = min(self._missing)
-        count = 1
-        while first + count in self._missing:
-            count += 1
-        self._begin(m.GET_RAW_AGAIN, (self._transfer.token, first, count))
+        self._begin(m.GET_RAW_AGAIN, (self._transfer.token, *self._transfer.missing()))

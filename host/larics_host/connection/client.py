@@ -12,9 +12,7 @@ from __future__ import annotations
 
 import random
 import time
-from binascii import crc32
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
@@ -22,6 +20,7 @@ from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import wire_names as codes
 from larics_host.connection.line_watch import LineWatch
+from larics_host.connection.raw_frame import RawAssembly, RawFrame
 from larics_host.connection.records import Ack, Info, Setting, record_of
 from larics_host.errors import UserError
 
@@ -45,16 +44,6 @@ class Refused(UserError):
     def __init__(self, text: str, reason: int) -> None:
         super().__init__(text)
         self.reason = reason
-
-
-@dataclass
-class RawFrame:
-    """width, height: px; frame: its number; pixels: bytes, row by row."""
-
-    width: int
-    height: int
-    frame: int
-    pixels: bytes
 
 
 class Client:
@@ -86,8 +75,7 @@ class Client:
         self._waiting_for = None
         self._data: list[Sequence[Any]] = []
         self._raw_token = 0
-        self._raw_header: Any = None
-        self._raw_chunks: dict[int, bytes] = {}
+        self._raw: RawAssembly | None = None
 
     # commands
 
@@ -145,47 +133,45 @@ class Client:
                 raise
 
     def raw_frame(
-        self, progress: Callable[[int, int], object] | None = None, stall_s: float = 5.0
+        self,
+        progress: Callable[[int, int], object] | None = None,
+        stall_s: float = 5.0,
+        around_markers: bool = False,
     ) -> RawFrame:
-        """One RawFrame; `progress(received, total)` is called as chunks come. Raises UserError."""
-        self._raw_header = None
-        self._raw_chunks = {}
+        """One RawFrame, or what of it is around its markers; `progress(received, total)` is called as pixels
+        come. Raises UserError."""
+        self._raw = None
         self._raw_token = token = self._next_token()
-        self._request(m.GET_RAW, token=token, want_header=True)
-        header = self._raw_header
-        total = header.chunks
-        known = len(self._raw_chunks)
+        window = m.RAW_MARKERS if around_markers else m.RAW_WHOLE
+        self._request(m.GET_RAW, window, token=token, want_header=True)
+        raw: Any = self._raw
+        known = raw.received
         silent_s = 4 * self._timeout_s
         last = asked = self._clock()
         boot = self._boot
-        while known < total:
+        while known < raw.size:
             self.poll()
             self._check_boot(boot)
             now = self._clock()
-            if len(self._raw_chunks) != known:
-                known = len(self._raw_chunks)
+            if raw.received != known:
+                known = raw.received
                 last = asked = now
                 if progress:
-                    progress(known, total)
+                    progress(known, raw.size)
             elif now - last > silent_s + stall_s:
-                raise NoAnswer("the raw frame stopped at %d of %d chunks" % (known, total))
+                raise NoAnswer("the raw frame stopped at %d of %d pixels" % (known, raw.size))
             elif now - asked > silent_s:
-                self._ask_again(token, total)
+                self._ask_again(raw)
                 asked = self._clock()
-        width, height = header.width, header.height
-        pixels = b"".join(self._raw_chunks[k] for k in range(total))[: width * height]
-        if crc32(pixels) != header.crc_low | header.crc_high << 16:
+        frame = raw.frame()
+        if frame is None:
             raise UserError("the raw frame arrived damaged: its checksum differs; try again")
-        return RawFrame(width, height, header.frame, pixels)
+        return frame
 
-    def _ask_again(self, token, total):
-        """Asks for the first run of chunks that is missing."""
-        first = next(k for k in range(total) if k not in self._raw_chunks)
-        count = 1
-        while first + count < total and first + count not in self._raw_chunks:
-            count += 1
+    def _ask_again(self, raw):
+        """Asks for the first run of pixels that is missing."""
         try:
-            self._request(m.GET_RAW_AGAIN, token, first, count)
+            self._request(m.GET_RAW_AGAIN, raw.token, *raw.missing())
         except Refused as error:
             if error.reason != m.NACK_BUSY:
                 raise
@@ -214,7 +200,7 @@ class Client:
                     if command != m.RESTART:
                         self._check_boot(boot)
                     acknowledged = isinstance(self._answer, Ack)
-                    if self._answer and not (want_header and acknowledged and not self._raw_header):
+                    if self._answer and not (want_header and acknowledged and not self._raw):
                         return self._result(command)
         finally:
             self._waiting_for = None
@@ -261,11 +247,11 @@ class Client:
             if expected == (record.token, record.command):
                 self._answer = record
         elif number == m.RAW_HEADER:
-            if record.token == self._raw_token:
-                self._raw_header = record
+            if record.token == self._raw_token and self._raw is None:
+                self._raw = RawAssembly(record)
         elif number == m.RAW_CHUNK:
-            if record.token == self._raw_token:
-                self._raw_chunks[record.chunk] = record.data
+            if self._raw is not None:
+                self._raw.add(record)
         elif expected and record.token == expected[0]:
             self._data.append(record)
         elif self._on_message:  # INFO at start

@@ -142,23 +142,28 @@ class Setting(NamedTuple):
 
 
 class RawHeader(NamedTuple):
-    """What the raw frame is whose chunks follow."""
+    """What the raw frame is, or the window of it, whose chunks follow."""
 
     token: int  # of GET_RAW; names the transfer
     frame: int  # number of the camera frame, wraps to 0 after 2**30 - 1
     width: int  # frame width, px
     height: int  # frame height, px
-    chunks: int  # number of chunks
-    crc_low: int  # CRC-32 of all pixels, low half
-    crc_high: int  # CRC-32 of all pixels, high half
+    left: int  # first column of the window, px
+    top: int  # first row of the window, px
+    columns: int  # width of the window; that of the frame when it is whole, px
+    rows: int  # height of the window, px
+    crc_low: int  # CRC-32 of the window's pixels row by row, low half
+    crc_high: int  # CRC-32 of the window's pixels, high half
 
 
 class RawChunk(NamedTuple):
-    """64 pixels of a raw frame, row by row; sent when the line is otherwise idle."""
+    """Pixels of a raw frame, packed without loss; sent when the line is otherwise idle."""
 
     token: int  # of GET_RAW
-    chunk: int  # index: the first pixel is number 64 * chunk
-    data: bytes  # 8-bit pixels; 0 after the last one
+    first: int  # number of the first pixel, in strips of 16 columns
+    count: int  # type: ignore[assignment]  # number of pixels
+    coding: int  # Rice parameter 0..7, or 8: plain bytes
+    data: bytes  # the pixels; 0 after the last one
 
 
 class Motion(NamedTuple):
@@ -226,15 +231,16 @@ class GetRaw(NamedTuple):
     """Answered by RAW_HEADER and ACK, then all RAW_CHUNKs."""
 
     token: int  # returned by the answer; a retry repeats it, a new command does not
+    window: int  # window of the frame
 
 
 class GetRawAgain(NamedTuple):
-    """Sends chunks again, of the frame still kept."""
+    """Sends pixels again, of the frame still kept."""
 
     token: int  # returned by the answer; a retry repeats it, a new command does not
     transfer: int  # token of the GET_RAW
-    first: int  # first chunk
-    count: int  # type: ignore[assignment]  # number of chunks
+    first: int  # number of the first pixel, as in RAW_CHUNK
+    count: int  # type: ignore[assignment]  # number of pixels
 
 
 class Restart(NamedTuple):

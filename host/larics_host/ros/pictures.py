@@ -4,13 +4,13 @@ annotations."""
 from __future__ import annotations
 
 import math
-from binascii import crc32
 from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
 from larics.marker import LARICS3
+from larics_host.connection.raw_frame import RawAssembly
 from larics_host.errors import UserError, report_once
 from larics_host.images.drawing import CERTAIN, UNCERTAIN
 from larics_host.ros.topics import header, time_of
@@ -29,29 +29,22 @@ class Assembler:
     """Puts RAW_HEADER and RAW_CHUNKs together."""
 
     def __init__(self) -> None:
-        self._header: Any = None
-        self._chunks: dict[int, bytes] = {}
+        self._raw: RawAssembly | None = None
 
     def header(self, fields: Any) -> None:
         """Takes a RAW_HEADER: a new frame begins, unless it is the same once more."""
-        if self._header is None or self._header.token != fields.token:
-            self._header, self._chunks = fields, {}
+        if self._raw is None or self._raw.token != fields.token:
+            self._raw = RawAssembly(fields)
 
     def chunk(self, fields: Any) -> tuple[int, np.ndarray] | None:
         """Takes a RAW_CHUNK; (number, frame (height, width) uint8) when it was the last one that was missing
         and the checksum is right."""
-        told = self._header
-        if told is None or fields.token != told.token:
+        raw = self._raw
+        if raw is None or not raw.add(fields) or raw.missing() is not None:
             return None
-        self._chunks[fields.chunk] = fields.data
-        if len(self._chunks) < told.chunks:
-            return None
-        self._header = None
-        pixels = b"".join(self._chunks.get(k, b"") for k in range(told.chunks))[: told.width * told.height]
-        self._chunks = {}
-        if len(pixels) < told.width * told.height or crc32(pixels) != told.crc_low | told.crc_high << 16:
-            return None
-        return told.frame, np.frombuffer(pixels, np.uint8).reshape(told.height, told.width)
+        self._raw = None
+        frame = raw.frame()
+        return None if frame is None else (frame.frame, frame.array())
 
 
 def compressed_image(frame: np.ndarray, frame_id: str, stamp_ns: int) -> dict[str, Any]:

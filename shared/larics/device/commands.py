@@ -31,6 +31,7 @@ _SET_SETTING_KEY = const(1)
 _SET_SETTING_FIRST = const(2)
 _SET_SETTING_COUNT = const(3)
 _SET_SETTING_VALUE0 = const(4)
+_GET_RAW_WINDOW = const(1)
 _GET_RAW_AGAIN_TRANSFER = const(1)
 _GET_RAW_AGAIN_FIRST = const(2)
 _GET_RAW_AGAIN_COUNT = const(3)
@@ -60,6 +61,7 @@ class Commands:
         save()                  writes the settings; False or OSError when that failed
         raw_frame()             (pixels, width, height, frame number) of a copy that stays unchanged until
                                 the next call, or None
+        window()                (left, top, columns, rows) around the markers in that frame, None without one
 
     `restart_due` becomes True when the camera has to restart, as soon as its answer was sent; `unanswered`
     counts the requests that were dropped.
@@ -163,14 +165,15 @@ class Commands:
             frame = self._actions.raw_frame()
             if frame is None:
                 return m.NACK_NO_FRAME
-            self._raw.start(values[_TOKEN], *frame)
+            window = self._actions.window() if values[_GET_RAW_WINDOW] == m.RAW_MARKERS else None
+            self._raw.start(values[_TOKEN], *frame, window)
             return _ACKNOWLEDGED
         if number == m.GET_RAW_AGAIN:
             first, count = values[_GET_RAW_AGAIN_FIRST], values[_GET_RAW_AGAIN_COUNT]
             if values[_GET_RAW_AGAIN_TRANSFER] != self._raw.token:
                 return m.NACK_TRANSFER
-            if first + count > self._raw.chunks:
-                return m.NACK_CHUNK
+            if count > self._raw.size - first:
+                return m.NACK_PIXELS
             return _ACKNOWLEDGED if self._raw.again(first, count) else m.NACK_BUSY
         if number == m.RESTART:
             if values[_RESTART_BOOT] != self._boot:

@@ -4,12 +4,18 @@ Board, monitor, validation and figures all use this class, so that what a tool s
 board makes of it.
 """
 
+try:
+    from micropython import const
+except ImportError:
+    from larics._cpython import const
+
 from larics.device.factory import make_detector, make_locator, make_navigator
 from larics.device.measurements import Measuring
 from larics.device.tracking import Sighting
 from larics.settings.fields import DETECTOR, LOCATOR, NAVIGATOR
 from larics.wire.messages import COUNT_MAX
 
+_BESIDE_PX = const(8)  # beside the plate, whose radius is 5/3 of the outer ring's
 EVERY_PART = DETECTOR | LOCATOR | NAVIGATOR
 
 
@@ -21,6 +27,7 @@ class Sensor:
     locator      larics.locate.camera_model.Camera
     navigator    larics.locate.navigator.Navigator; None without a map or a calibration
     calibrated   whether millimetres mean anything
+    found        the detections of the newest frame, empty while none of it is known
     measurements, rejected   after `place`: those of the frame, and how many detections were not reported
     """
 
@@ -29,6 +36,7 @@ class Sensor:
         self.size = size
         self.detector = self.locator = self.navigator = None
         self.calibrated = False
+        self.found = ()
         self._measuring = Measuring()
         self.measurements = self._measuring.measurements
         self._sighting = Sighting()
@@ -50,6 +58,19 @@ class Sensor:
     @property
     def rejected(self):
         return self._measuring.rejected
+
+    def window(self, width, height):
+        """(left, top, columns, rows) of a frame of that size around all that was `found` in it, each with its
+        plate and what is beside it; None when nothing was found."""
+        left, top, right, bottom = width, height, 0, 0
+        for one in self.found:
+            x, y = one.x_q8 >> 8, one.y_q8 >> 8
+            around = (one.radius_q8 >> 8) * 2 + _BESIDE_PX
+            left, top = min(left, x - around), min(top, y - around)
+            right, bottom = max(right, x + around + 1), max(bottom, y + around + 1)
+        left, top = max(0, left), max(0, top)
+        columns, rows = min(width, right) - left, min(height, bottom) - top
+        return (left, top, columns, rows) if columns > 0 and rows > 0 else None
 
     def place(self, found):
         """Puts the detections of a frame in place; returns how many `measurements` may be reported."""

@@ -78,6 +78,15 @@ ODOMETRY_STANDING = const(2)
 
 SETTING_VALUES = const(8)  # how many values one SETTING or SET_SETTING carries
 RAW_CHUNK_BYTES = const(64)
+RAW_PIXELS_MOST = const(505)  # of a chunk: a byte for the first, a bit for each other one
+RAW_STRIP = const(16)  # columns
+
+# GET_RAW.window
+RAW_WHOLE = const(0)
+RAW_MARKERS = const(1)
+
+# RAW_CHUNK.coding: the Rice parameter 0..7, or
+RAW_PLAIN = const(8)
 
 # NACK.reason
 NACK_UNKNOWN_KEY = const(1)
@@ -89,7 +98,7 @@ NACK_STORAGE = const(6)
 NACK_BUSY = const(7)
 NACK_NO_FRAME = const(8)
 NACK_TRANSFER = const(9)
-NACK_CHUNK = const(10)
+NACK_PIXELS = const(10)
 NACK_TOKEN = const(11)
 NACK_BOOT = const(12)
 NACK_UNKNOWN_COMMAND = const(13)
@@ -256,25 +265,30 @@ MESSAGES = (
     (
         "RAW_HEADER",
         RAW_HEADER,
-        "what the raw frame is whose chunks follow",
+        "what the raw frame is, or the window of it, whose chunks follow",
         (
             ("token", "H", "", 0, 65535, "of GET_RAW; names the transfer"),
             _FRAME,
             ("width", "H", "px", 1, 65535, "frame width"),
             ("height", "H", "px", 1, 65535, "frame height"),
-            ("chunks", "H", "", 1, 65535, "number of chunks"),
-            ("crc_low", "H", "", 0, 65535, "CRC-32 of all pixels, low half"),
-            ("crc_high", "H", "", 0, 65535, "CRC-32 of all pixels, high half"),
+            ("left", "H", "px", 0, 65535, "first column of the window"),
+            ("top", "H", "px", 0, 65535, "first row of the window"),
+            ("columns", "H", "px", 1, 65535, "width of the window; that of the frame when it is whole"),
+            ("rows", "H", "px", 1, 65535, "height of the window"),
+            ("crc_low", "H", "", 0, 65535, "CRC-32 of the window's pixels row by row, low half"),
+            ("crc_high", "H", "", 0, 65535, "CRC-32 of the window's pixels, high half"),
         ),
     ),
     (
         "RAW_CHUNK",
         RAW_CHUNK,
-        "64 pixels of a raw frame, row by row; sent when the line is otherwise idle",
+        "pixels of a raw frame, packed without loss; sent when the line is otherwise idle",
         (
             ("token", "H", "", 0, 65535, "of GET_RAW"),
-            ("chunk", "H", "", 0, 65535, "index: the first pixel is number 64 * chunk"),
-            ("data", "64s", "", 0, 255, "8-bit pixels; 0 after the last one"),
+            ("first", "I", "", 0, COUNT_MAX, "number of the first pixel, in strips of 16 columns"),
+            ("count", "H", "", 1, RAW_PIXELS_MOST, "number of pixels"),
+            ("coding", "B", "", 0, RAW_PLAIN, "Rice parameter 0..7, or 8: plain bytes"),
+            ("data", "64s", "", 0, 255, "the pixels; 0 after the last one"),
         ),
     ),
     (
@@ -308,16 +322,21 @@ MESSAGES = (
         (_TOKEN,) + _PART,
     ),
     ("SAVE_SETTINGS", SAVE_SETTINGS, "writes all settings to flash", (_TOKEN,)),
-    ("GET_RAW", GET_RAW, "answered by RAW_HEADER and ACK, then all RAW_CHUNKs", (_TOKEN,)),
+    (
+        "GET_RAW",
+        GET_RAW,
+        "answered by RAW_HEADER and ACK, then all RAW_CHUNKs",
+        (_TOKEN, ("window", "B", "", 0, RAW_MARKERS, "window of the frame")),
+    ),
     (
         "GET_RAW_AGAIN",
         GET_RAW_AGAIN,
-        "sends chunks again, of the frame still kept",
+        "sends pixels again, of the frame still kept",
         (
             _TOKEN,
             ("transfer", "H", "", 0, 65535, "token of the GET_RAW"),
-            ("first", "H", "", 0, 65535, "first chunk"),
-            ("count", "H", "", 1, 65535, "number of chunks"),
+            ("first", "I", "", 0, COUNT_MAX, "number of the first pixel, as in RAW_CHUNK"),
+            ("count", "I", "", 1, COUNT_MAX, "number of pixels"),
         ),
     ),
     (
