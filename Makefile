@@ -8,7 +8,7 @@ export PYTHONPATH := shared:host
 MICROPYTHON ?= $(BIN)/micropython
 export MICROPYTHON
 
-.PHONY: docs vehicle-package help demo test lint bench mpy flash reproduce fuzz vehicle clean setup
+.PHONY: wheel docs vehicle-package help demo test lint bench mpy flash reproduce fuzz vehicle clean setup
 help:  ## this list
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' Makefile
 
@@ -52,6 +52,11 @@ vehicle: $(READY)  ## the vehicle's C library on AVR, Cortex-M, big-endian: same
 
 vehicle-package: $(READY)  ## archive of the vehicle's C library for Arduino, PlatformIO, CMake, ESP-IDF, Zephyr
 	$(BIN)/python tools/vehicle_package.py $(if $(URL),--url '$(URL)')
+
+wheel: $(READY)  ## the package for pip, firmware included, in build/wheel
+	rm -rf build/wheel build/lib build/bdist*
+	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation -w build/wheel .
+	@cd build/wheel && sha256sum *.whl
 
 docs: $(READY)  ## the site of these pages and docstrings, in build/docs (LINKS=1: addresses elsewhere, too)
 	$(BIN)/python -m sphinx -W --keep-going -q -E -b html docs build/docs

@@ -56,7 +56,7 @@ EXAMPLES = (
     ),
     (
         "STATUS",
-        {"version_minor": 1, "boot": 1, "uptime_s": 86400, "frames": 123456, "missed": 12,
+        {"version_major": 1, "boot": 1, "uptime_s": 86400, "frames": 123456, "missed": 12,
          "detections": 123450, "rejects": 123, "state": messages.TRACKING, "exposure_us": 5000,
          "gain_cdb": 600, "grey_mean": 110, "rate_chz": 6000, "frame_us": 16667, "detect_us": 9000,
          "latency_us": 25000, "free_bytes": 123456},

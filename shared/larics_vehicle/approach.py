@@ -96,6 +96,7 @@ class Approach:
 
     Set `is_held` to hold the vehicle in HALT for as long as the camera is not to be trusted, and `is_end`
     when the marker reached is the last of a route that the vehicle keeps (a camera with a route tells it).
+    After `step`: state, and the command, speed_mm_s and turn_cdeg_s.
     """
 
     def __init__(

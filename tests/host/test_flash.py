@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import pytest
 import serial
 
+import larics
 from larics.boards import BOARDS, find
 from larics_host import cli, sources
 from larics_host.commands import flash as flash_command
@@ -130,7 +131,7 @@ def test_the_real_program_starts_after_it_was_flashed(board, capsys):
     assert cli.main(["flash", "--port", board.port]) == 0
     said = capsys.readouterr().out
     assert "OpenMV RT1062 (%s)" % RT1062 in said and "first installation" in said
-    assert said.splitlines()[-1].strip() == "larics 0.1.0 runs on OpenMV RT1062"
+    assert said.splitlines()[-1].strip() == "larics %s runs on OpenMV RT1062" % larics.__version__
     # Ctrl-C lets the running watchdog's board restart into safe mode, where the REPL answers
     with Session(board.port) as session:
         assert session.exists("/flash/larics_data") and session.read_text("/flash/larics_a/complete") == "0"

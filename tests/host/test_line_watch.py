@@ -59,8 +59,8 @@ KINDS = (
     (NOISE[:30] + mavlink(2, 20), "MAVLink: the camera's setting output is mavlink"),
     (mavlink(1, 20), "MAVLink"),
     (
-        b"MPY: soft reboot\r\nlarics 0.1.0 runs on OpenMV\r\n>>> ",
-        "(MPY: soft reboot larics 0.1.0 runs on OpenMV >>>)",
+        b"MPY: soft reboot\r\nlarics 1.0.0 runs on OpenMV\r\n>>> ",
+        "(MPY: soft reboot larics 1.0.0 runs on OpenMV >>>)",
     ),
     (b"Traceback (most recent call last):\r\n  File\r\n", "that is its USB, take the port of its UART"),
     (b"temperature 21.5\r\n" * 20, "text (temperature 21.5 temperature"),

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from larics import __version__
 from larics_host.connection.pty_pair import PtyPair
 from tests.host.test_dual import ROOT
 from tests.host.test_flash import Board
@@ -63,7 +64,7 @@ def test_a_board_is_flashed_from_it(installed, tmp_path):
         finally:
             board.close()
     assert done.returncode == 0 and "first installation" in done.stdout, done.stderr
-    assert done.stdout.splitlines()[-1].strip().startswith("larics 0.1.0 runs on OpenMV RT1062")
+    assert done.stdout.splitlines()[-1].strip().startswith("larics %s runs on OpenMV" % __version__)
 
 
 def test_frames_are_rendered_and_held_against_their_truth(installed, tmp_path):

@@ -55,7 +55,7 @@ class Detector:
                      else it reads one marker a frame, and less is done after frames without a marker
     confirm          (n, m): an ID seen in fewer than n of the last m frames has FLAG_UNCONFIRMED; None: off
 
-    `counts` tells what the last frame took. ValueError for arguments out of range.
+    `statistics` tells what the last frame took. ValueError for arguments out of range.
     """
 
     def __init__(
