@@ -2,10 +2,13 @@
 
 import contextlib
 import json
+import re
 
 import pytest
 
+from larics import settings as setting_rules
 from larics.settings import FIELDS, Settings
+from larics.settings.fields import DETECTOR, Field
 from larics_host import cli
 from larics_host.connection import camera_settings
 from larics_host.connection.pty_pair import PtyPair
@@ -35,7 +38,7 @@ def settings(capsys, *argv):
     return code, said.out, said.err
 
 
-def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys):
+def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys, monkeypatch):
     file = tmp_path / "camera.json"
     with camera(tmp_path, "--set", "ceiling_mm10=25000") as device:
         port = ("--port", device)
@@ -76,7 +79,31 @@ def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys):
         assert settings(capsys, "get", *port, "rate_divider")[1] == "rate_divider = 1\n"
         code, _, err = settings(capsys, "save", *port)  # a PC has no flash
         assert code == 2 and err == "larics: the camera refused SAVE_SETTINGS: storage\n"
+        older_than_the_pc(capsys, tmp_path / "newer.json", port, monkeypatch)
         assert settings(capsys, "restart", *port)[0] == 0
+
+
+def older_than_the_pc(capsys, file, port, monkeypatch):
+    """A camera whose firmware does not have a setting that this PC knows."""
+    new = Field(250, "novelty", DETECTOR, "int", 2, 0, 9, "", "what 1.1 brought")
+    with monkeypatch.context() as patch:
+        patch.setattr(setting_rules, "FIELDS", (*FIELDS, new))
+        patch.setitem(setting_rules._BY_NAME, "novelty", new)
+        patch.setitem(setting_rules._BY_KEY, 250, new)
+        code, out, _ = settings(capsys, "show", *port)
+        assert code == 0 and re.search(r"^novelty +- *$", out, re.MULTILINE) and "margin_min" in out
+        assert "novelty" not in json.loads(settings(capsys, "show", *port, "--json")[1])
+        assert settings(capsys, "export", *port, file)[0] == 0
+        assert settings(capsys, "set", *port, "rate_divider=3")[0] == 0
+        code, out, _ = settings(capsys, "diff", *port, file)
+        assert code == 1 and "rate_divider" in out and "novelty" not in out
+        assert settings(capsys, "restore", *port, file)[0] == 0
+        code, _, err = settings(capsys, "set", *port, "rate_divider=5", "novelty=3")
+        assert code == 2 and err == (
+            "larics: novelty = 3: the camera's firmware is older and has no such setting; "
+            "larics flash renews it\n"
+        )
+        assert settings(capsys, "get", *port, "rate_divider")[1] == "rate_divider = 1\n"
 
 
 class Camera:

@@ -249,8 +249,9 @@ class Camera:
             self._live().set(name, value)
 
     def settings(self) -> dict[str, Any]:
-        """All settings."""
-        return {field.name: self.get(field.name) for field in setting_rules.FIELDS}
+        """All settings that the camera has."""
+        with self._lock, _one_error():
+            return self._live().get_all(field.name for field in setting_rules.FIELDS)
 
     def save(self) -> None:
         """Keeps the settings over a restart."""

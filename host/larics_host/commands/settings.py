@@ -98,6 +98,9 @@ def _show(args, client, _):
     for heading in ("setting", "value", "unit", "allowed", "meaning"):
         table.add_column(heading, no_wrap=heading == "setting", overflow="fold")
     for field in FIELDS:
+        if field.name not in values:
+            table.add_row(field.name, "-", style="dim")  # older firmware
+            continue
         changed = list(values[field.name]) != list(field.default) if field.length else None
         changed = values[field.name] != field.default if changed is None else changed
         value = json.dumps(values[field.name])
@@ -106,7 +109,7 @@ def _show(args, client, _):
         table.add_row(field.name, value, field.unit, allowed, field.meaning, style=style)
     console = Console(width=None if sys.stdout.isatty() else 150)
     console.print(table)
-    console.print("bold: not the default", style="dim")
+    console.print("bold: not the default; -: not in the camera's firmware, which is older", style="dim")
     return 0
 
 

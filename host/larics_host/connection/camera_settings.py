@@ -43,9 +43,9 @@ def add_port_arguments(parser: Any, required: bool = True) -> None:
 
 
 def read_all(client: Client) -> dict[str, Any]:
-    """{name: value} of all settings of a camera."""
-    fields = setting_rules.FIELDS
-    return {f.name: client.get(f.name) for f in watched(fields, len(fields), "settings", True)}
+    """{name: value} of all settings that a camera has."""
+    names = [f.name for f in setting_rules.FIELDS]
+    return client.get_all(watched(names, len(names), "settings", True))
 
 
 def checked(values: dict[str, Any]) -> Settings:
@@ -57,11 +57,12 @@ def checked(values: dict[str, Any]) -> Settings:
 
 
 def differences(before: dict[str, Any], after: dict[str, Any]) -> list[tuple[str, Any, Any]]:
-    """[(name, value before, value after)] of the settings that differ, in the order of the table."""
+    """[(name, value before, value after)] of the settings that both have and that differ, in the order of the
+    table."""
     return [
         (f.name, _plain(before[f.name]), _plain(after[f.name]))
         for f in setting_rules.FIELDS
-        if _plain(before[f.name]) != _plain(after[f.name])
+        if f.name in before and f.name in after and _plain(before[f.name]) != _plain(after[f.name])
     ]
 
 
@@ -73,9 +74,14 @@ def apply(client: Client, current: dict[str, Any], changes: dict[str, Any]) -> l
     """Sends changes {name: value} to a camera that has the values `current`; returns the names sent.
 
     All is checked before anything is sent, and one setting after the other goes when it fits those that
-    the camera has by then. Raises UserError.
+    the camera has by then. Raises UserError, also for a change of what the camera's firmware does not have,
+    unless that is the default, by which it does without.
     """
     wanted = checked({**current, **changes}).as_dict()
+    for name, _, value in differences(checked(current).as_dict(), wanted):
+        if name not in current:
+            text = "%s = %s: the camera's firmware is older and has no such setting; larics flash renews it"
+            raise UserError(text % (name, json.dumps(value)))
     _refuse_other_size(current, wanted, changes)
     steps = differences(current, wanted)
     camera = checked(current)

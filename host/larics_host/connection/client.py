@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import random
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from larics import settings as setting_rules
@@ -104,6 +104,17 @@ class Client:
             if parts and len(numbers) == length:
                 return field.value(numbers)
         raise NoAnswer("the answer for the setting %s keeps getting lost" % name)
+
+    def get_all(self, names: Iterable[str]) -> dict[str, Any]:
+        """{name: value} of those of the settings that the camera has: older firmware may lack some."""
+        found = {}
+        for name in names:
+            try:
+                found[name] = self.get(name)
+            except Refused as error:
+                if error.reason != m.NACK_UNKNOWN_KEY:
+                    raise
+        return found
 
     def set(self, name: str, value: Any) -> None:
         """Changes a setting until the next start; `save` makes it permanent. Raises UserError."""

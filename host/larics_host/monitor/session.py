@@ -110,7 +110,7 @@ class Session:
 
     def _fetch(self):
         try:
-            settings = {name: self._client.get(name) for name in _DECISIVE}
+            settings = self._client.get_all(_DECISIVE)
             raw = self._client.raw_frame(self._note_progress)
         except UserError as error:
             self._conclude(error=str(error))
