@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 export PYTHONPATH := shared:host
+# so that `python` in MICROPYTHON is the one that has the tools
+export PATH := $(CURDIR)/$(BIN):$(PATH)
 # real MicroPython interpreter for the dual tests; any other build or a board's runner may be given
 MICROPYTHON ?= $(BIN)/micropython
 export MICROPYTHON

@@ -22,6 +22,8 @@ sys.path.insert(0, str(ROOT))
 from tools.check_rules import layouts_of  # noqa: E402
 
 LOCATE = ("test_locate_limits", "test_pose", "test_navigator", "test_route")
+CARRIED = ("test_odometry", "test_carried_pose", *LOCATE, "test_camera", "test_uncertainty")
+WIRE = ("test_protocol", "test_golden_wire", "test_encodings", "test_outbox")
 FIT = ("test_direct_limits", "test_detector")
 TARGETS = {  # module -> tests of tests/dual
     "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
@@ -43,6 +45,35 @@ TARGETS = {  # module -> tests of tests/dual
     "shared/larics/locate/noise.py": LOCATE,
     "shared/larics/locate/motion.py": LOCATE,
     "shared/larics/locate/route.py": LOCATE,
+    **dict.fromkeys(
+        (
+            "shared/larics/locate/%s.py" % name
+            for name in (
+                "camera_model",
+                "carrier",
+                "coasting",
+                "matching",
+                "odometry",
+                "odometry_shares",
+                "uncertainty",
+                "vehicle_clock",
+            )
+        ),
+        CARRIED,
+    ),
+    "shared/larics/wire/codec.py": WIRE,
+    "shared/larics/wire/framing.py": WIRE,
+    "shared/larics/wire/mavlink.py": ("test_encodings",),
+    "shared/larics/wire/nmea.py": ("test_encodings",),
+    "shared/larics/coded/cell_reader.py": ("test_cell_reader", "test_cells"),
+    "shared/larics/device/commands.py": ("test_commands", "test_firmware_link"),
+    "shared/larics/device/frame_check.py": ("test_frame_check",),
+    "shared/larics/device/outbox.py": ("test_outbox",),
+    "shared/larics/device/raw_frame.py": ("test_commands", "test_outbox"),
+    "shared/larics/device/tracking.py": ("test_direct_limits", "test_detector"),
+    "shared/larics/settings/constraints.py": ("test_settings",),
+    "shared/larics_vehicle/approach.py": ("test_approach", "test_follower"),
+    "shared/larics_vehicle/odometer.py": ("test_odometer",),
     "shared/larics/detect/tracker.py": ("test_direct_limits",),
     "shared/larics/detect/confirmation.py": ("test_direct_limits",),
 }

@@ -303,6 +303,12 @@ class micropython:
         return function
 
 
+try:
+    import numpy as np  # with the same lines as ulab's
+except ImportError:
+    np = None
+
+
 def const(value):
     return value
 

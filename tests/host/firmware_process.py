@@ -6,7 +6,7 @@ import subprocess
 
 from larics_host.connection.byte_sources import SerialSource
 from larics_host.connection.pty_pair import PtyPair
-from tests.host.test_dual import ROOT, interpreter
+from tests.host.test_dual import ROOT, unix_port
 
 SEARCH = ":".join(["shared", "firmware", ".frozen"])
 
@@ -18,7 +18,7 @@ def environment(search=SEARCH):
 def start_firmware(frames, port, *options, heap=None):
     """The process of firmware/pc/replay_main.py; `heap`: bytes, as text for -X heapsize."""
     heap_option = ["-X", "heapsize=" + heap] if heap else []
-    program = [*interpreter(), *heap_option, "firmware/pc/replay_main.py"]
+    program = [*unix_port(), *heap_option, "firmware/pc/replay_main.py"]
     command = [*program, "--frames", str(frames), "--port", port]
     return subprocess.Popen(
         [*command, *options],

@@ -14,6 +14,7 @@ from larics.detect.detector import Detector
 from larics_host.images.frame_sources import open_frames
 from larics_host.render import render_frame
 from larics_host.truth import read_truth
+from tests.host.test_dual import interpreter
 
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES = ROOT / "tests" / "frames"
@@ -223,7 +224,7 @@ def test_hostile_content_is_capped():
 
 def run_lines(executor, arguments):
     if executor == "micropython":
-        command = [os.environ.get("MICROPYTHON") or str(ROOT / ".venv/bin/micropython")]
+        command = interpreter()
         environment = dict(os.environ, MICROPYPATH="shared:.frozen")
     else:
         command = [sys.executable]

@@ -26,6 +26,12 @@ def interpreter():
     return [found, *command[1:]]
 
 
+def unix_port():
+    """The interpreter for what runs as a program of this computer; a runner for boards is none."""
+    command = interpreter()
+    return command if len(command) == 1 else [str(ROOT / ".venv/bin/micropython")]
+
+
 def heap(command, folder):
     """Options of the unix port: room for the data of tests/dual; tests/board and a board keep their own."""
     if folder != DUAL:
@@ -35,7 +41,7 @@ def heap(command, folder):
 
 def run_dual(*modules, folder=DUAL):
     search = ["shared", "firmware", str(folder), str(DUAL), ".frozen"]
-    command = interpreter()
+    command = interpreter() if folder == DUAL else unix_port()
     return subprocess.run(
         [*command, *heap(command, folder), str(DUAL / "run.py"), *modules],
         cwd=ROOT,

@@ -18,7 +18,7 @@ from larics_host.connection.receiver import Receiver
 from larics_host.connection.records import Ack
 from larics_host.render import render_frame
 from tests.host.firmware_process import running_firmware, start_firmware
-from tests.host.test_dual import ROOT, interpreter
+from tests.host.test_dual import ROOT, unix_port
 from tests.host.waiting import PATIENCE_S, wait_for_lines, wait_until
 from wire_values import message_values
 
@@ -196,7 +196,7 @@ def test_a_cable_pulled_out_does_not_stop_the_firmware(recording):
 def test_bad_input_gets_one_line(recording, options, expected):
     options = [option.format(frames=recording[0]) for option in options]
     result = subprocess.run(
-        [*interpreter(), "firmware/pc/replay_main.py", "--port", "/dev/null", *options],
+        [*unix_port(), "firmware/pc/replay_main.py", "--port", "/dev/null", *options],
         cwd=ROOT,
         env=dict(os.environ, MICROPYPATH="shared:firmware:.frozen"),
         capture_output=True,
@@ -209,7 +209,7 @@ def test_bad_input_gets_one_line(recording, options, expected):
 
 def test_help_of_the_program_on_a_pc():
     result = subprocess.run(
-        [*interpreter(), "firmware/pc/replay_main.py", "--help"],
+        [*unix_port(), "firmware/pc/replay_main.py", "--help"],
         cwd=ROOT,
         env=dict(os.environ, MICROPYPATH="shared:firmware:.frozen"),
         capture_output=True,

@@ -23,7 +23,7 @@ from larics_host.connection.serial_ports import Identity
 from larics_host.errors import UserError
 from larics_host.flash import build, install, ports
 from larics_host.flash.session import Session, SessionError
-from tests.host.test_dual import ROOT, interpreter
+from tests.host.test_dual import ROOT, unix_port
 from tests.host.waiting import PATIENCE_S
 from tools import make_package
 
@@ -49,7 +49,7 @@ class Board:
         self.image = image
         command = [sys.executable, str(ROOT / "tests/host/board_console.py"), cable.device_a, str(image)]
         self._console = subprocess.Popen(
-            [*command, identity, *interpreter()],
+            [*command, identity, *unix_port()],
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -12,7 +12,7 @@ from larics_host.connection.receiver import Receiver
 from larics_host.flash import build, linker
 from larics_host.render import render_frame
 from tests.host.firmware_process import environment
-from tests.host.test_dual import ROOT, interpreter
+from tests.host.test_dual import ROOT, unix_port
 from tests.host.waiting import PATIENCE_S
 
 PROGRAM = {
@@ -131,7 +131,7 @@ def test_the_whole_program_still_finds_all_that_it_imports():
 def own_architecture():
     """What mpy-cross compiles for when the tests' interpreter is to run it."""
     said = subprocess.run(
-        [*interpreter(), "-c", "import sys; print(sys.implementation._mpy)"], capture_output=True, text=True
+        [*unix_port(), "-c", "import sys; print(sys.implementation._mpy)"], capture_output=True, text=True
     )
     return build.ARCHITECTURES[int(said.stdout) >> 10 & 0xF]
 
@@ -149,7 +149,7 @@ def reported(search, script, frames):
     """The markers that the program reports of these frames, without their ages."""
     with PtyPair() as cable:
         source, receiver, markers = SerialSource(cable.device_b), Receiver(), []
-        program = [*interpreter(), script, "--frames", str(frames), "--port", cable.device_a]
+        program = [*unix_port(), script, "--frames", str(frames), "--port", cable.device_a]
         process = subprocess.Popen(
             program, cwd=ROOT, env=environment(search), stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )

@@ -3,7 +3,6 @@
 import math
 import os
 import pathlib
-import shlex
 import subprocess
 
 import pytest
@@ -12,6 +11,7 @@ from larics.device.outbox import Uptime
 from larics.wire import messages as m
 from larics.wire.codec import Decoder
 from larics.wire.mavlink import MavlinkEncoder
+from tests.host.test_dual import unix_port
 from tests.host.waiting import PATIENCE_S
 from wire_values import message_values
 
@@ -90,10 +90,9 @@ STATUS = message_values(m.STATUS, state=m.TRACKING)
 
 
 def device(kind):
-    command = shlex.split(os.environ.get("MICROPYTHON", "")) or [str(ROOT / ".venv/bin/micropython")]
     script = DEVICE % (kind, MARKERS, POSES, STATUS)
     environment = dict(os.environ, MICROPYPATH="shared:.frozen")
-    command = [*command, "-c", script]
+    command = [*unix_port(), "-c", script]
     result = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=PATIENCE_S)
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout

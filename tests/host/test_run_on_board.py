@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from larics_host.connection.pty_pair import PtyPair
-from tests.host.test_dual import ROOT, interpreter
+from tests.host.test_dual import ROOT, unix_port
 
 SCRIPT = """import sys
 import lent_module
@@ -26,7 +26,7 @@ def board(tmp_path_factory):
     with PtyPair() as cable:
         line = os.open(cable.device_a, os.O_RDWR | os.O_NOCTTY)
         process = subprocess.Popen(
-            [*interpreter(), "tests/board/fake_board.py", image, "OMVRT1060 32768 SDRAM"],
+            [*unix_port(), "tests/board/fake_board.py", image, "OMVRT1060 32768 SDRAM"],
             cwd=ROOT, stdin=line, stdout=line, stderr=line, env=dict(os.environ, MICROPYPATH=".frozen"),
         )  # fmt: skip
         yield cable.device_b

@@ -8,7 +8,7 @@ import pytest
 from larics.wire import codec
 from larics.wire import messages as m
 from larics_host.connection import records
-from tests.host.test_dual import ROOT, interpreter
+from tests.host.test_dual import ROOT, unix_port
 from tools import make_protocol
 from wire_values import message_values
 
@@ -76,7 +76,7 @@ def test_indices_cost_a_board_nothing():
     assert len(names) > 60
     script = "\n".join("import %s as x\nassert not hasattr(x, %r), %r" % (n, i, i) for n, i in names)
     environment = {"MICROPYPATH": "shared:.frozen"}
-    result = subprocess.run([*interpreter(), "-c", script], cwd=ROOT, env=environment, capture_output=True)
+    result = subprocess.run([*unix_port(), "-c", script], cwd=ROOT, env=environment, capture_output=True)
     assert result.returncode == 0, result.stdout + result.stderr
 
 

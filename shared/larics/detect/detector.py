@@ -36,7 +36,7 @@ _FAMILY_MM10 = const(1500)
 class Detector:
     """Finds markers in grey frames of one size.
 
-    width, height    px, 64..1024
+    width, height    px, 64..1024; detect.thinned takes more
     radius_min_px, radius_max_px   range of the outer ring's radius, 6..72
     line_mm          width of the lines for an outer radius of 150 mm; None reads 15 to 20 mm
     family           marker.Family: geometry, and whether cells are read; the plain one reads a coded marker
