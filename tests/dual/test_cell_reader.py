@@ -2,7 +2,9 @@
 
 from array import array
 
+from larics.arith import fixed
 from larics.coded.cell_reader import PLAIN, UNKNOWN, CellReader
+from larics.kernels import cell_words
 from larics.marker import golay
 from larics.marker.id_set import id_set
 
@@ -99,6 +101,17 @@ def test_three_contradictions_are_no_id():
     assert cells.decide(5) == ID
     cover(cells, wrong[:3], WHITE)
     assert cells.decide(5) == UNKNOWN
+
+
+def test_a_search_that_takes_long_is_ended_with_what_is_known():
+    """As a harsh frame had it; of the words that are left none costs less than 180 in all."""
+    shown = (0, 0, 0, 0, 0, 17, 41, 41, 43, 64, 64, 64, -64, 64, 64, 64, 64, 64, 52, 26, -64, -18, -64, -64)
+    weights = array("i", [BIAS + weight for weight in shown] + [0, 0])
+    lines = array("i", (BIAS + 64, BIAS - 32, BIAS + 64, 0))
+    rows, found = array("i", bytes(4 * cell_words.SCRATCH)), array("i", bytes(20))
+    allowed = id_set(None, True, False)
+    cell_words.likeliest_words(rows, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, found)
+    assert list(found[:3]) == [4021, 18, 180]  # all words of three changes show 210
 
 
 def test_too_few_cells_tell_nothing():

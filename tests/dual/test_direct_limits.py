@@ -4,7 +4,7 @@ from array import array
 
 from larics.arith import fixed, tables
 from larics.detect.tracker import Tracker
-from larics.direct import ring_fit
+from larics.direct import ring_fit, uncertainty
 from larics.direct.line_reader import LineReader
 from larics.direct.reader import DirectReader
 from larics.direct.ring_fit import RingFit
@@ -460,3 +460,18 @@ def test_every_eighth_frame_is_searched():
     for _ in range(17):
         tracker.detect(None)
     assert counting.calls == (["search"] + ["track"] * 7) * 2 + ["search"]
+
+
+def test_small_rings_and_uneven_light_are_told_as_less_sure():
+    for radius_px, expected in ((40, 1085), (30, 1155), (20, 1350), (10, 2400), (6, 4886)):
+        assert abs(uncertainty.with_few_pixels(1000, radius_px << 8) - expected) <= 5, radius_px
+    assert uncertainty.with_few_pixels(1 << 21, 1300) == 1 << 20
+
+    class Lines:
+        line = array("i", [0] * layouts.CROSSING_ITEMS)
+
+    def turned(area):
+        Lines.line[layouts.CROSSING_AREA] = area
+        return uncertainty.sigma_mdeg(400, Lines, 7680)
+
+    assert turned(276) == turned(236) == turned(256) < turned(290) < turned(400) == turned(112)

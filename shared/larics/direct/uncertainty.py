@@ -17,6 +17,9 @@ _UNSEEN = const(256)  # taken for how far an orientation line strays that is not
 _MOST = const(1 << 20)  # of a variance, (1/1024 px) ** 2: one pixel
 _CROSSING_COUNTED = const(3)  # items as in kernels.layouts
 _CROSSING_DISTANCE = const(6)
+_CROSSING_AREA = const(7)
+_FEW_PIXELS = const(35840)  # so much of the variance, over the square of the radius (1/16 px), is added to it
+_AREA_OFF = const(20)  # what is darker or paler than a line, 256 = as the rings', lies in uneven light
 _HEADING = const(1085)  # cdeg that 1/256 of the radius turns the line's middle, * 256 / 1024 * 16
 _HEADING_LEAST = const(31)  # (1/16 cdeg) ** 2
 
@@ -31,7 +34,14 @@ def centre_variance(robust, rings, lines):
     )
     distance = min(lines.line[_CROSSING_DISTANCE], 4096) if lines is not None else _UNSEEN
     moved = min(rings.moved_q10, 4096)
-    return min(_MOST, variance + distance * distance // 22 + moved * moved // 12)
+    return with_few_pixels(variance + distance * distance // 22 + moved * moved // 12, rings.radius_q8)
+
+
+def with_few_pixels(variance, radius_q8):
+    """The variance with what few pixels add to it: sectors of a small ring are not independent."""
+    radius_q4 = radius_q8 >> 4
+    variance = min(_MOST, variance)
+    return min(_MOST, variance + (variance * min(1023, _FEW_PIXELS * 256 // (radius_q4 * radius_q4)) >> 8))
 
 
 def sigma_q12(variance):
@@ -42,6 +52,8 @@ def sigma_q12(variance):
 def sigma_mdeg(variance, lines, radius_q8):
     """Standard deviation of the heading, 0.001 degrees, at least 3: the line's own, and the centre's."""
     distance = min(lines.line[_CROSSING_DISTANCE], 1024)
-    square = distance * distance * 7 // (4 * max(2, lines.line[_CROSSING_COUNTED])) + variance * 23 // 16
+    off = min(max(0, abs(lines.line[_CROSSING_AREA] - 256) - _AREA_OFF), 1024)
+    square = distance * distance * 5 // (4 * max(2, lines.line[_CROSSING_COUNTED]))
+    square += variance * 5 // 4 + (off * off >> 1)
     turned = min(16000, kernels.root(min(square, _MOST) << 8, 0, 0) * _HEADING // radius_q8)
     return kernels.root(turned * turned + _HEADING_LEAST, 0, 0) * 10 >> 4

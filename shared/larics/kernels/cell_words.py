@@ -27,6 +27,7 @@ _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows mo
 _ENOUGH = const(192)  # a second word that costs so much more than the first leaves no doubt of it
 _TOO_NEAR = const(78)  # a word other than the empty one is not told when a second costs less than that more
 _CERTAIN = const(400)  # so much, where some cells tell nothing or contradict: the best of margins
+_EXAMINED_MOST = const(100)  # words that are looked at, and some; others count for what they cost at least
 # a cell that leaves no doubt weighs 64; to be believed a word must cost that much less than the second,
 _GAP_LEAST = const(78)
 _GAP_LEAST_ALONE = const(110)  # without lines that agree,
@@ -399,9 +400,9 @@ def likeliest_words(
     generator: tables.CELL_ROWS. allowed: a bit for each of 4096 IDs: the second word must be allowed. rows:
     SCRATCH items, scratch space.
     The 12 most telling cells that are independent of each other make a basis. The words that contradict at
-    most two of them, and where that leaves doubt three, are looked at one by one; of any other it is known
-    what it costs at least (ordered statistics decoding, Fossorier and Lin, IEEE Trans. Inf. Theory 41, 1995,
-    p. 1379).
+    most two of them are looked at one by one, and where that leaves doubt those that contradict three, until
+    _EXAMINED_MOST have been; of any other it is known what it costs at least (ordered statistics decoding,
+    Fossorier and Lin, IEEE Trans. Inf. Theory 41, 1995, p. 1379).
     result: WORD. Returns the ID of the second, or 4096 when none was looked at."""
     # cells by what they tell: items 26 .. 49
     shift = int(lines[3])
@@ -500,6 +501,7 @@ def likeliest_words(
     best_word = 0
     second = 1 << 20
     second_id = 4096
+    examined = 0
     k = 12
     while k < 13:
         base = word ^ int(rows[k])
@@ -533,10 +535,13 @@ def likeliest_words(
                 row = base ^ int(rows[i]) ^ int(rows[j])
                 # IDs below 8 have no cells of their own, but the empty word stands for them
                 if (row_id & 7 and row_id > 7 and row_id != 4095) or row_id == 0:
+                    examined += 1
                     value = int(rows[50 + (row & 15)]) + int(rows[66 + ((row >> 4) & 15)])
-                    value += int(rows[82 + ((row >> 8) & 15)]) + int(rows[98 + ((row >> 12) & 15)])
-                    value += int(rows[114 + ((row >> 16) & 15)]) + int(rows[130 + (row >> 20)])
-                    if row_id:
+                    value += int(rows[82 + ((row >> 8) & 15)])
+                    if value < second:  # most words cost that much in half of the cells
+                        value += int(rows[98 + ((row >> 12) & 15)])
+                        value += int(rows[114 + ((row >> 16) & 15)]) + int(rows[130 + (row >> 20)])
+                    if row_id and value < second:
                         rank = (row_id ^ code) & 7
                         cell = 0
                         while rank:
@@ -565,36 +570,50 @@ def likeliest_words(
                                 second_id = row_id
                 j -= 1
             i -= 1
-        if k < 9:
-            k += 1
-        else:
-            contradicted = 0
-            i = 0
-            while i < 24:
-                j = i + shift
-                if j >= 24:
-                    j -= 24
-                if (best_word >> i) & 1 and int(weights[j]) != _BIAS:
-                    contradicted += 1
-                i += 1
-            # every other word contradicts that many of the basis, and differs from the first in eight cells
-            count = 3
-            if k == 9:
-                count = 4
-            least = 0
+        contradicted = 0
+        i = 0
+        while i < 24:
+            j = i + shift
+            if j >= 24:
+                j -= 24
+            if (best_word >> i) & 1 and int(weights[j]) != _BIAS:
+                contradicted += 1
+            i += 1
+        # every other word contradicts three of the basis, one of them before the last that was changed, or
+        # four, and differs from the first in eight cells
+        if k == 12:
+            k = 10
+        least = 1 << 20
+        count = 4
+        while count > 2:
+            value = 0
             i = 0
             while i < count:
-                least += int(rows[37 - i]) >> 5
+                value += int(rows[37 - i]) >> 5
                 i += 1
+            if count == 3:
+                value -= int(rows[35]) >> 5
+                if k == 0:
+                    value = least
+                else:
+                    value += int(rows[25 + k]) >> 5
             while i + contradicted < 8:
-                least += int(rows[171 + count - i])
+                value += int(rows[171 + count - i])
                 i += 1
-            if best_id and least >= best and second - best < _TOO_NEAR:
-                k = 13  # neither would another word be told nor this one
-            elif k == 12 and least < second and least - best < _ENOUGH:
-                k = 0
-            else:
-                k = 13
+            more = 0
+            if value < least:
+                least = value
+                more = 1
+            count -= 1
+        k -= 1
+        if (
+            (best_id and least >= best and second - best < _TOO_NEAR)
+            or more == 0
+            or examined > _EXAMINED_MOST
+        ):
+            k = 13  # neither would another word be told nor this one, or it takes too much work
+        elif least >= second or least - best >= _ENOUGH:
+            k = 13
     if second > least:
         second = least
         second_id = 4096
