@@ -14,6 +14,7 @@ import json
 import os
 import re
 import stat
+import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,6 +34,7 @@ _MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
 )
 _CONTROLS = re.compile("[\x01-\x08\x0b\x0e-\x1f]")  # no text has them; zeros are told apart
 _MOST_NESTING = 32
+_SEAL = re.compile(r"\n#crc ([0-9a-f]{8})\s*\Z")  # as firmware/atomic_file.py writes it
 _PROGRESS_LINES = 4096
 
 
@@ -141,8 +143,17 @@ def parse_json(text: str) -> Any:
 
 
 def read_json(path: StrPath) -> Any:
-    """What a JSON file holds. UserError when it cannot be read or is none."""
+    """What a JSON file holds, also one as a camera keeps it, with the line of its checksum. UserError when it
+    cannot be read or is none."""
     text = read_text(path)
+    sealed = _SEAL.search(text)
+    if sealed:
+        text = text[: sealed.start()]
+        if zlib.crc32(text.encode()) != int(sealed[1], 16):
+            raise UserError(
+                "%s was damaged, or changed by hand: its checksum does not fit; without that last line it is "
+                "read as it is" % path
+            )
     try:
         return parse_json(text)
     except ValueError as error:

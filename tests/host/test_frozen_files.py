@@ -73,9 +73,9 @@ def test_the_json_of_detect(capsys, monkeypatch):
 # files
 
 
-def on_a_board(name, tmp_path):
+def on_a_board(file, tmp_path):
     """(Settings, Faults) of a board that finds this file on its flash."""
-    shutil.copy(FILES / name, tmp_path / "settings.json")
+    shutil.copy(file, tmp_path / "settings.json")
     faults = Faults()
     return SettingsStore(AtomicFile(str(tmp_path / "settings.json")), faults).load(), faults
 
@@ -86,7 +86,13 @@ def test_settings_files_of_every_version_are_read(version, tmp_path):
     written = json.loads((FILES / ("settings-%s.json" % version)).read_text())
     assert written["version"] == 1
     loaded = Settings(camera_settings.read_file(FILES / ("settings-%s.json" % version))).as_dict()
-    board, faults = on_a_board("settings-%s.flash" % version, tmp_path)
+    flash = FILES / ("settings-%s.flash" % version)  # as a camera keeps it
+    assert Settings(camera_settings.read_file(flash)).as_dict() == loaded
+    changed = tmp_path / "changed.json"
+    changed.write_bytes(flash.read_bytes().replace(b'"height": 296', b'"height": 300'))
+    with pytest.raises(camera_settings.UserError, match="its checksum does not fit"):
+        camera_settings.read_file(changed)
+    board, faults = on_a_board(flash, tmp_path)
     assert board.as_dict() == loaded and faults.total == 0
     expected = {**Settings().as_dict(), **written}
     expected["map"] = [[*row, 0, 0][:8] for row in written["map"]]
