@@ -2,9 +2,9 @@
 
 from larics.arith.fixed import wrap_cdeg
 from larics.detect.detector import Detector
-from larics.marker import LARICS3
+from larics.marker import LARICS3, is_used
 from larics.marker.detection import FLAG_ID_UNCERTAIN, FLAG_UNCONFIRMED
-from larics.marker.id_set import holds, id_set
+from larics.marker.id_set import ends_of, holds, id_set
 from marker_drawing import draw
 
 try:
@@ -101,6 +101,18 @@ def test_only_allowed_ids_are_told():
 
 
 def test_an_id_set_holds_what_the_family_uses():
+    for coded, zero, ranges in (
+        (True, False, None),
+        (False, True, None),
+        (True, True, [(3, 9), (16, 16), 17, (30, 5000)]),
+        (False, False, [(6, 4000)]),
+        (True, False, [(12, 11), 4095]),
+    ):
+        bits = id_set(ranges, coded, zero)
+        assert len(bits) == 512
+        for marker_id in range(0, 4096):
+            inside = [first <= marker_id <= last for first, last in map(ends_of, ranges or [(0, 4095)])]
+            assert holds(bits, marker_id) == (any(inside) and is_used(marker_id, coded, zero)), marker_id
     bits = id_set([(1, 20), 4094, (4095, 9999)], True, False)
     held = [i for i in range(4096) if holds(bits, i)]
     assert held == [i for i in range(1, 21) if i not in (8, 16)] + [4094]

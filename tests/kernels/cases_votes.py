@@ -5,6 +5,7 @@ from array import array
 from inputs import ints, words, zeros16, zeros32
 
 from larics.arith import tables
+from larics.detect.edges import SINES
 from larics.kernels import layouts
 
 DIRECTIONS = 48
@@ -55,6 +56,27 @@ def cast_votes(random):
     offsets = words(DIRECTIONS * 8, random, 0, row * 12)
     grid = cells_grid(width=1024, step=8, row=row, outer=2, inner=2)
     yield 0, 0, zeros32(row * 141), offsets, edges, 0, 1, 1, grid, zeros32(DIRECTIONS * 4)
+
+
+def list_runs(random):
+    for step, row, padding in ((3, 130, 20), (8, 56, 12), (4, 110, 22)):
+        grid = cells_grid(step=step, row=row, padding=padding)
+        half_line_q8 = random.between(200, 600)
+        for first_q8, last_q8 in ((1536, 1900), (2560, 4200), (8000, 9000)):
+            count = max(2, (last_q8 - first_q8) // (step * 128) + 1)
+            for run in range(4):
+                runs, lengths = zeros16(4 * DIRECTIONS * count), bytearray(4 * DIRECTIONS)
+                yield runs, 0, 0, SINES, lengths, run, count, first_q8, last_q8, count, half_line_q8, grid
+
+
+def join_runs(random):
+    for most, outer, inner in ((6, 6, 4), (30, 2, 12), (1, 2, 2)):
+        lengths = bytearray(4 * DIRECTIONS)
+        for run in range(len(lengths)):
+            lengths[run] = random.between(1, min(most, inner if run & 2 else outer))
+        grid = cells_grid(outer=outer, inner=inner)
+        offsets = words(2 * DIRECTIONS * (outer + inner), random)
+        yield words(4 * DIRECTIONS * most, random), 0, 0, lengths, most, grid, offsets
 
 
 def clear_cells(random):
@@ -110,6 +132,8 @@ def rank_centres(random):
 
 
 CASES = {
+    "list_runs": list_runs,
+    "join_runs": join_runs,
     "cast_votes": cast_votes,
     "clear_cells": clear_cells,
     "find_windows": find_windows,

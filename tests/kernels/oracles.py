@@ -58,6 +58,40 @@ def cast_votes(before, after, result):
     assert result == len(edges[first:count:every]) * 2 * (outer + inner)
 
 
+def list_runs(before, after, result):
+    """Cells at the ends of arrows of the radii's lengths, rounded to whole cells."""
+    _, _, _, _, _, run, most, first_q8, last_q8, count, half_line_q8, grid = before
+    step, row, padding = (grid[k] for k in (at.CELLS_STEP, at.CELLS_ROW, at.CELLS_PADDING))
+    side = 1 if run & 1 else -1
+    lengths = (side * np.linspace(first_q8, last_q8, count) - half_line_q8) / step / 256
+    found = numbers(after[0])
+    longest = 0
+    for direction in range(48):
+        first = (4 * direction + run) * most
+        length = after[4][4 * direction + run]
+        entries = list(found[first : first + length])
+        assert len(set(entries)) == length
+        rows = np.round((np.array(entries) - padding * (row + 1)) / row)
+        columns = np.array(entries) - padding * (row + 1) - rows * row
+        turn = 2 * np.pi * direction / 48
+        ends = lengths * np.exp(1j * turn)
+        off = np.abs(ends[:, None] - (columns + 1j * rows)[None, :])
+        close(off.min(1), np.zeros(count), 0.75)  # half a cell each way, and the roundings before
+        close(off.min(0), np.zeros(length), 0.75)
+        longest = max(longest, length)
+    assert result == longest
+
+
+def join_runs(before, after, result):
+    runs, _, _, lengths, most, grid, _ = before
+    expected = []
+    for run in range(192):
+        entries = list(runs[run * most : run * most + lengths[run]])
+        wanted = grid[at.CELLS_INNER] if run & 2 else grid[at.CELLS_OUTER]
+        expected += entries + entries[-1:] * (wanted - len(entries))
+    same(after[6], expected)
+
+
 def clear_cells(before, after, result):
     cells, first, end = before
     expected = list(cells)
@@ -1156,7 +1190,7 @@ ORACLES = {
     "cells": (hidden_cells,),
     "cell_words": (believed_word, certain_word, likeliest_words),
     "robust": (root,),
-    "votes": (cast_votes, clear_cells, find_windows, rank_centres),
+    "votes": (list_runs, join_runs, cast_votes, clear_cells, find_windows, rank_centres),
     "edges": (gradient_histogram, edge_threshold, steep_positions, thin_line_edges),
     "grey": (count_greys, take_sample),
     "coarse": (edge_distances, choose_radius),

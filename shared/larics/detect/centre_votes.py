@@ -12,8 +12,8 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith import tables
-from larics.arith.fixed import cos_q14, sin_q14, words
-from larics.detect.edges import DIRECTIONS
+from larics.arith.fixed import words
+from larics.detect.edges import DIRECTIONS, SINES
 from larics.kernels import votes as kernels
 
 _CELLS_WIDTH = const(0)  # items as in kernels.layouts
@@ -102,59 +102,33 @@ class CentreVotes:
         small = radius_max_q8 < _SMALL_Q8
         self._least = LEAST_DIRECTIONS - (_FEWER if small else 0)
         self.least_score = 0 if small else _LEAST_SCORE
+        cells = array("i", bytes(4 * _CELLS_ITEMS))
+        cells[_CELLS_WIDTH] = grid.width
+        cells[_CELLS_STEP] = step
+        cells[_CELLS_ROW] = grid.row
+        cells[_CELLS_PADDING] = grid.padding
+        self._cells = cells
         ranges = []
         for ratio_q10 in (1024, inner_q10):
             first_q8, last_q8 = radius_min_q8 * ratio_q10 >> 10, radius_max_q8 * ratio_q10 >> 10
             ranges.append((first_q8, last_q8, max(2, (last_q8 - first_q8) // (step * 128) + 1)))
         most = max(ranges[0][2], ranges[1][2])
-        runs = array("H", range(4 * DIRECTIONS * most))  # one array: lists would cut up a small heap
+        runs = array("H", bytes(8 * DIRECTIONS * most))
         lengths = bytearray(4 * DIRECTIONS)
-        longest = [0, 0]
-        for run in range(4 * DIRECTIONS):
-            ring = run >> 1 & 1
-            signed_step = step if run & 1 else -step
-            length = self._fill(runs, run * most, run >> 2, ranges[ring], signed_step, half_line_q8)
-            lengths[run] = length
-            longest[ring] = max(longest[ring], length + (length & 1))
-        self._cells = array("i", bytes(4 * _CELLS_ITEMS))
-        self._cells[_CELLS_WIDTH] = grid.width
-        self._cells[_CELLS_STEP] = step
-        self._cells[_CELLS_ROW] = grid.row
-        self._cells[_CELLS_PADDING] = grid.padding
-        self._cells[_CELLS_OUTER], self._cells[_CELLS_INNER] = longest
-        self._offsets = array("H", bytes(DIRECTIONS * sum(longest) * 4))
-        slot = 0
-        for run in range(4 * DIRECTIONS):
-            for entry in range(longest[run >> 1 & 1]):
-                self._offsets[slot] = runs[run * most + min(entry, lengths[run] - 1)]
-                slot += 1
+        for run in range(4):
+            first_q8, last_q8, count = ranges[run >> 1]
+            longest = kernels.list_runs(
+                runs, 0, 0, SINES, lengths, run, most, first_q8, last_q8, count, half_line_q8, cells
+            )
+            item = _CELLS_INNER if run > 1 else _CELLS_OUTER
+            cells[item] = max(cells[item], longest + (longest & 1))
+        both = cells[_CELLS_OUTER] + cells[_CELLS_INNER]
+        self._offsets = array("H", bytes(DIRECTIONS * both * 4))
+        kernels.join_runs(runs, 0, 0, lengths, most, cells, self._offsets)
 
     def memory(self):
         """Bytes of the tables."""
         return 2 * len(self._offsets) + 4 * _CELLS_ITEMS
-
-    def _fill(self, runs, first, direction, radii, signed_step, half_line_q8):
-        """Lists from runs[first] on the cell offsets of the centres that an edge may belong to, for one ring
-        and polarity; returns their number."""
-        grid = self.grid
-        first_q8, last_q8, count = radii
-        step = abs(signed_step)
-        angle = direction * 65536 // DIRECTIONS
-        cosine, sine = cos_q14(angle), sin_q14(angle)
-        middle = grid.padding * grid.row + grid.padding
-        end = first
-        for index in range(count):
-            radius_q8 = first_q8 + (last_q8 - first_q8) * index // (count - 1)
-            length_q8 = ((radius_q8 if signed_step > 0 else -radius_q8) - half_line_q8) // step
-            offset = (length_q8 * sine + (1 << 21) >> 22) * grid.row
-            offset += (length_q8 * cosine + (1 << 21) >> 22) + middle
-            place = first
-            while place < end and runs[place] != offset:
-                place += 1
-            if place == end:
-                runs[end] = offset
-                end += 1
-        return end - first
 
     def find(self, edges, first, count, every, left, right, top, bottom):
         """Votes with every so-manyth edge from `first` to before `count` and ranks the centres inside the

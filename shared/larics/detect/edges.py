@@ -8,10 +8,11 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith import tables
-from larics.arith.fixed import cos_q14, sin_q14
+from larics.arith.fixed import sin_q14
 from larics.kernels import edges as kernels
 
 DIRECTIONS = 48
+_QUARTER = DIRECTIONS // 4
 
 _GRID_WIDTH = const(0)  # items as in kernels.layouts
 _GRID_REACH = const(1)
@@ -32,6 +33,16 @@ _MARKER_SHARE = const(2152)  # and what a marker's own edges may be of the frame
 _SAMPLED = const(4)  # every so-manyth column and row of the grid tells the threshold
 _CLEAR_THRESHOLD = const(11)  # with a lower one, faint rings may need one that is lower still
 _FINE_STEP = const(3)  # px; so small rings have enough edges for the usual threshold
+
+
+def direction_sines():
+    """Sine of each direction * 2**14, plus 32768; 12 items on it is the cosine, so that the first follow."""
+    angles = [direction * 65536 // DIRECTIONS for direction in range(DIRECTIONS // 2)]
+    sines = [sin_q14(angle) for angle in angles]
+    return array("H", [32768 + sine for sine in sines + [-sine for sine in sines] + sines[:_QUARTER]])
+
+
+SINES = direction_sines()
 
 
 class EdgeFinder:
@@ -61,8 +72,7 @@ class EdgeFinder:
         self._probes = array("H", bytes(DIRECTIONS * 6))
         lengths_q8 = (-beyond_q8, -dark_q8, light_q8)
         for direction in range(DIRECTIONS):
-            angle = direction * 65536 // DIRECTIONS
-            cosine, sine = cos_q14(angle), sin_q14(angle)
+            cosine, sine = SINES[direction + _QUARTER] - 32768, SINES[direction] - 32768
             for slot in range(3):
                 dy = lengths_q8[slot] * sine + (1 << 21) >> 22
                 dx = lengths_q8[slot] * cosine + (1 << 21) >> 22

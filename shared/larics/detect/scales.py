@@ -46,14 +46,13 @@ def tilted_px(radius_px, tilt_deg):
 def cut(radius_min_px, radius_max_px):
     """The range of radii cut into scales of about the same ratio, smallest first."""
     low_q8, high_q8 = radius_min_px << 8, radius_max_px << 8
+    span_q8 = _SPAN_Q8 if high_q8 > _TINY_MOST_Q8 else _TINY_SPAN_Q8
     count = 1
-    while True:
-        ratio_q8 = 256  # the largest ratio whose power covers the range
-        while _power_q8(ratio_q8, count) < high_q8 * 256 // low_q8:
-            ratio_q8 += 1
-        if ratio_q8 <= (_SPAN_Q8 if high_q8 > _TINY_MOST_Q8 else _TINY_SPAN_Q8):
-            break
+    while _power_q8(span_q8, count) < high_q8 * 256 // low_q8:
         count += 1
+    ratio_q8 = 256  # the least ratio whose power covers the range
+    while _power_q8(ratio_q8, count) < high_q8 * 256 // low_q8:
+        ratio_q8 += 1
     scales = []
     for index in range(count):
         next_q8 = high_q8 if index == count - 1 else low_q8 * ratio_q8 >> 8

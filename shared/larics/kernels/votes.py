@@ -65,6 +65,71 @@ def cast_votes(
 
 
 @micropython.viper
+def list_runs(
+    runs: ptr16, first: int, end: int, sines: ptr16, lengths: ptr8, run: int, most: int, first_q8: int,
+    last_q8: int, count: int, half_line_q8: int, grid: ptr32,
+) -> int:  # fmt: skip
+    """Lists, for each of 48 directions, the cells where the centre of an edge's ring may be, each once.
+
+    run: which of a direction's four, 0 and 1 of the outer ring, the odd ones on the edge's dark side.
+    `count` radii from first_q8 to last_q8, at least 2, at most `most`, which is the room of each run in
+    `runs`; sines: as of detect.edges; `lengths`: of all runs, of which this run's are set; grid:
+    layouts.CELLS. Returns the longest run's length."""
+    step = int(grid[_CELLS_STEP])
+    row = int(grid[_CELLS_ROW])
+    middle = int(grid[_CELLS_PADDING]) * (row + 1)
+    longest = 0
+    direction = 0
+    while direction < 48:
+        sine = int(sines[direction]) - 32768
+        cosine = int(sines[direction + 12]) - 32768
+        first = ((direction << 2) + run) * most
+        end = first
+        index = 0
+        while index < count:
+            length_q8 = first_q8 + (last_q8 - first_q8) * index // (count - 1)
+            if run & 1:
+                length_q8 = (length_q8 - half_line_q8) // step
+            else:
+                length_q8 = 0 - (length_q8 + half_line_q8 + step - 1) // step  # rounded down, too
+            offset = ((length_q8 * sine + 2097152) >> 22) * row
+            offset += ((length_q8 * cosine + 2097152) >> 22) + middle
+            place = first
+            while place < end and int(runs[place]) != offset:
+                place += 1
+            if place == end:
+                runs[end] = offset
+                end += 1
+            index += 1
+        lengths[(direction << 2) + run] = end - first
+        if end - first > longest:
+            longest = end - first
+        direction += 1
+    return longest
+
+
+@micropython.viper
+def join_runs(
+    runs: ptr16, place: int, slot: int, lengths: ptr8, most: int, grid: ptr32, offsets: ptr16
+):  # fmt: skip
+    """Writes the runs of `list_runs` one after the other, as `cast_votes` takes them: those of a ring alike
+    long, filled up with their last entry. `slot`: 0."""
+    run = 0
+    while run < 192:
+        length = int(lengths[run])
+        entries = int(grid[_CELLS_INNER]) if run & 2 else int(grid[_CELLS_OUTER])
+        index = 0
+        while index < entries:
+            place = index
+            if place >= length:
+                place = length - 1
+            offsets[slot] = int(runs[run * most + place])
+            slot += 1
+            index += 1
+        run += 1
+
+
+@micropython.viper
 def clear_cells(cells: ptr32, i: int, end: int):
     """Sets the cells from i to before `end` to 0, and up to three more; i is a multiple of 4."""
     last = end - 15
