@@ -93,8 +93,9 @@ class LineReader:
         shape[_SHAPE_CODE_RADII] = _CODE_RADII
         shape[_SHAPE_CODE_OPENING] = _CODE_OPENING
         # as beyond the line's end, the plate must be white where the line would go on between the rings
-        self._gap_shape = array("i", shape)
-        self._gap_shape[_SHAPE_BEYOND] = ((outer + family.inner_mm10) << 9) // outer
+        gap_shape = array("i", shape)
+        gap_shape[_SHAPE_BEYOND] = ((outer + family.inner_mm10) << 9) // outer
+        self._end_shapes = (shape, gap_shape)  # made once: it would be allocated with each marker
         self._inner_shape = array("i", shape)
         self._inner_shape[_SHAPE_AROUND_FIRST] = shape[_SHAPE_CODE_FIRST]
         self._inner_shape[_SHAPE_AROUND_LAST] = shape[_SHAPE_CODE_LAST]
@@ -242,7 +243,7 @@ class LineReader:
         rounds: two where the centre has moved, which turns the line."""
         self._measure(frame, rings, self.angle_turn16, rounds)
         self.end_q8 = 0
-        for shape in (self._shape, self._gap_shape):
+        for shape in self._end_shapes:
             dark_q8 = kernels.line_end(0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, shape, self.angle_turn16)
             self.end_q8 = max(self.end_q8, dark_q8)
 
