@@ -83,6 +83,34 @@ def test_a_marker_allocates_nothing():
     assert found
 
 
+def is_accepted(**change):
+    values = {"width": 360, "height": 296, "focal_q8": 171977}
+    values.update(change)
+    try:
+        Camera(**values)
+    except ValueError:
+        return False
+    return True
+
+
+def test_the_limits_of_what_can_be():
+    for least, most, change in (
+        (2048, 2049, {"width": 0, "focal_q8": 400000}),
+        (2048, 2049, {"height": 0, "focal_q8": 400000}),
+        (3000, 3001, {"tilt_left_cdeg": 0}),
+        (-3000, -3001, {"tilt_forward_cdeg": 0}),
+        (100000, 100001, {"k1_e5": 0}),
+        (-100000, -100001, {"k2_e5": 0}),
+        (262143, 262144, {"ceiling_mm10": 0}),
+        (42056, 42055, {"focal_q8": 0}),  # the corner lies 54.7 degrees off the axis
+        (58000, 57000, {"focal_q8": 0, "k1_e5": 100000}),  # where 25 rounds undo the distortion
+    ):
+        name = min([key for key in change if not change[key]])
+        for value, expected in ((least, True), (most, False)):
+            change[name] = value
+            assert is_accepted(**change) == expected, change
+
+
 def test_what_cannot_be_is_refused():
     out = Measurement()
     assert not Camera(360, 296, 671 * 256).locate(seen(40000, 40000, 0, 0), out)
@@ -93,10 +121,4 @@ def test_what_cannot_be_is_refused():
         {"k1_e5": -99999, "focal_q8": 40000},
         {"ceiling_mm10": 100, "camera_z_mm10": 200},
     ):
-        values = {"width": 360, "height": 296, "focal_q8": 171977}
-        values.update(change)
-        try:
-            Camera(**values)
-        except ValueError:
-            continue
-        assert False, change
+        assert not is_accepted(**change), change

@@ -181,3 +181,19 @@ def test_the_turn_is_found_and_the_empty_word_has_none():
         assert cells.find_turn(seen, 15 & ~(1 << (4 - turn) % 4)) == -1
     show(cells, 3)
     assert cells.find_turn([0, 64, 0, 64], 15) == -1
+
+
+def test_the_limits_of_a_turn_that_the_code_alone_tells():
+    for line, turn in ((80, 0), (81, -1)):  # what a coding line may contradict
+        cells = reader()
+        show(cells, ID)
+        assert cells.find_turn([0, 0, line, 0], 1) == turn, line
+    for lines, turn in ((14, 0), (13, -1)):  # by which the second word, 64 away, must cost more
+        cells = reader()
+        show(cells, ID)
+        cover(cells, range(11), WHITE - 250)
+        assert cells.find_turn([0, lines, 0, lines], 1) == turn, lines
+
+
+def test_a_line_that_is_not_seen_weighs_half_as_much_as_one_that_is():
+    assert [weight - BIAS for weight in reader()._lines_of[5][:3]] == [64, -32, 64]

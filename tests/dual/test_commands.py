@@ -182,7 +182,10 @@ def test_retries_are_carried_out_once():
     assert bench.settings.rate_divider == 3
     for token in range(10, 30):  # what is remembered does not grow
         bench.set(token, "rate_divider", [token])
-    assert bench.set(29, "rate_divider", [29]) == [ack(29, m.SET_SETTING)]
+    assert bench.set(22, "rate_divider", [22]) == [ack(22, m.SET_SETTING)]
+    assert bench.settings.rate_divider == 29  # the last eight are
+    assert bench.set(21, "rate_divider", [21]) == [ack(21, m.SET_SETTING)]
+    assert bench.settings.rate_divider == 21
 
 
 def test_a_requester_that_starts_anew_is_not_answered_from_memory():

@@ -3,6 +3,9 @@
 from larics.device.measurements import MARKERS_MOST
 from larics.device.outbox import Outbox, Uptime
 from larics.device.raw_frame import RawSender
+from larics.device.tracking import Sighting
+from larics.locate.camera_model import Measurement
+from larics.marker.detection import NO_ID
 from larics.wire import codec as p
 from larics.wire import messages as m
 from larics.wire.mavlink import MavlinkEncoder
@@ -179,6 +182,37 @@ def test_a_raw_frame_does_not_hold_up_markers():
         assert sorted(with_raw) == list(range(80)) and outbox.drops == 0
         for frame in with_raw:
             assert with_raw[frame] - without[frame] < FRAME_US
+
+
+def test_a_poll_gives_four_chunks_at_most_however_fast_the_line():
+    line, outbox, _, raw = make(10000000)
+    raw.start(5, bytearray(64 * 64), 64, 64, 0)
+    for polls in (1, 2, 3):
+        outbox.poll(line.now_us)
+        assert len(line.sent) == 4 * polls
+        line.now_us += 16000
+
+
+def test_uptime_in_seconds_and_microseconds():
+    uptime = Uptime()
+    for elapsed_us, expected in ((999999, (0, 999999)), (1, (1, 0)), (2500000, (3, 500000))):
+        uptime.advance(elapsed_us)
+        assert (uptime.s, uptime.us) == expected
+
+
+def test_a_marker_is_in_sight_coasts_and_is_lost():
+    marker = Measurement()
+    for seen, ms, state in (
+        (1, 999, m.TRACKING),  # no frame since
+        (1, 1000, m.LOST),
+        (2, 499, m.COASTING),  # frames without it
+        (2, 500, m.LOST),
+    ):
+        sighting = Sighting()
+        for frame in range(seen):
+            marker.marker_id = NO_ID if frame else 3
+            sighting.update([marker], 1, 7000)
+        assert sighting.state(7000 + ms) == state, (seen, ms)
 
 
 def test_all_markers_that_a_frame_can_have_fit_beside_the_pose():

@@ -40,6 +40,21 @@ def main():
         time.sleep_ms(50)
 """
 
+# ... that also looks whether this start is the third in a row, as the real one
+CAREFUL_START = (
+    START.replace("def main():\n", "def main():\n    if is_third():\n        return\n")
+    + """
+def is_third():
+    import os
+    import safe_mode
+    try:
+        os.mkdir("/flash/larics_data")
+    except OSError:
+        pass
+    return safe_mode.SafeMode("/flash/larics_data/starts").begin()
+"""
+)
+
 
 class Board:
     """A stand-in board at the end of a cable; `port` is its device, `image` its flash."""
@@ -92,7 +107,7 @@ def board(tmp_path):
         made.close()
 
 
-def tiny_program(tmp_path, name):
+def tiny_program(tmp_path, name, start=START):
     """A folder like the repository's with a program that says its name."""
     root = tmp_path / ("program_" + name)
     shutil.rmtree(root, ignore_errors=True)
@@ -100,8 +115,8 @@ def tiny_program(tmp_path, name):
     (root / "firmware").mkdir()
     shutil.copy(ROOT / "shared" / "larics" / "__init__.py", root / "shared" / "larics")
     (root / "shared" / "larics" / "part.py").write_text("NAME = %r\n" % name)
-    (root / "firmware" / "start.py").write_text(START)
-    for starter in ("main.py", "boot.py"):
+    (root / "firmware" / "start.py").write_text(start)
+    for starter in ("main.py", "boot.py", "safe_mode.py"):
         shutil.copy(ROOT / "firmware" / starter, root / "firmware")
     return root
 
@@ -137,8 +152,8 @@ def test_the_real_program_starts_after_it_was_flashed(board, capsys):
         assert session.exists("/flash/larics_data") and session.read_text("/flash/larics_a/complete") == "0"
 
 
-def test_dry_run_install_update_and_what_is_kept(board, tmp_path, monkeypatch, capsys):
-    first, second = tiny_program(tmp_path, "one"), tiny_program(tmp_path, "two")
+def test_dry_run_install_update_what_is_kept_and_no_safe_mode(board, tmp_path, monkeypatch, capsys):
+    first, second = [tiny_program(tmp_path, name, CAREFUL_START) for name in ("one", "two")]
     assert flash(board, first, monkeypatch, "--dry-run") == 0
     assert "nothing was written" in capsys.readouterr().out and tree(board) == {}
     assert flash(board, first, monkeypatch) == 0
@@ -152,6 +167,8 @@ def test_dry_run_install_update_and_what_is_kept(board, tmp_path, monkeypatch, c
     assert "update" in said and "main.py: unchanged" in said and "calibration: kept" in said
     assert "larics_b as number 1" in said
     assert "runs on OpenMV RT1062, two" in board.boots()
+    with Session(board.port) as session:
+        assert session.read_text("/flash/larics_data/starts") == "2"
     assert flash(board, first, monkeypatch, "--no-restart") == 0
     files = tree(board)
     assert files["/flash/larics_data/settings.json"] == 15 and "/flash/main.py.new" not in files

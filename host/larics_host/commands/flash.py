@@ -62,11 +62,11 @@ def run(args: argparse.Namespace) -> int:
             print("dry run: nothing was written")
             return 0
         install.install(session, plan, _progress)
+        session.remove_tree(plan.root + install.DATA_FOLDER + "/starts")  # no fast resets in a row
         if args.no_restart:
             print("installed; the program starts at the next reset")
             return 0
         device = identity_of(port)
-        session.remove_tree(plan.root + install.DATA_FOLDER + "/starts")  # no fast resets in a row
         session.reset()
     return _wait_for_start(port, device, args.wire, board, plan)
 

@@ -239,12 +239,12 @@ class Carrier:
         square_q4 = dx * dx // 25 * 64 // (self._xx + place) + dy * dy // 25 * 64 // (self._yy + place)
         square_q4 += off * off // max(1, self._tt + turn >> 4)
         # the mean logarithm of such a square is -0.5
-        surprise_q4 = max(-64, log2_q4(min(1 << 19, square_q4 // 3), 16)) + 18
+        surprise_q4 = max(_QUIETER_Q4, log2_q4(min(1 << 19, square_q4 // 3), 16)) + 18
         if fix.moved:
             step_q4 = min(_MOVED_Q4, surprise_q4)
         else:
             self._legs = min(_LEGS, self._legs + 1)
-            step_q4 = max(_QUIETER_Q4, surprise_q4) // self._legs
+            step_q4 = surprise_q4 // self._legs
             self._learn_scale(dx, dy, place)
         self._loud_q4 = max(-_LOUDEST_Q4, min(_LOUDEST_Q4, self._loud_q4 + step_q4))
         self.shares.settle(self._loud_q4)

@@ -1,0 +1,303 @@
+"""Each limit of odometry, its clock, its shares and the carried pose, at it and just beyond."""
+
+from larics.locate.carrier import Carrier, Fix
+from larics.locate.odometry import KEPT, Odometry
+from larics.locate.odometry_shares import OdometryShares, Share
+from larics.locate.uncertainty import OdometryNoise
+from larics.locate.vehicle_clock import VehicleClock
+from larics.wire import messages as m
+from wire_values import message_values
+
+LINE_US = 2604
+
+
+class Bench:
+    """An odometry and its clock; messages arrive as soon as they can."""
+
+    def __init__(self):
+        self.now_us = 0
+        self.odometry = Odometry(lambda: self.now_us, LINE_US)
+
+    def take(self, time_us, age_us=0, **given):
+        self.now_us = time_us + age_us + LINE_US
+        self.odometry.look()
+        values = message_values(m.ODOMETRY, time_us=time_us, age_us=age_us, epoch=3, **given)
+        self.odometry.take(values)
+        return self.odometry
+
+
+def kept(*poses):
+    """An odometry that was told (time_us, x_mm10, heading_cdeg)."""
+    odometry = Bench().odometry
+    for time_us, x_mm10, heading_cdeg in poses:
+        odometry._keep(time_us, x_mm10, 0, heading_cdeg)
+    return odometry
+
+
+def test_a_message_is_late_or_of_another_clock():
+    for back_us, counts in ((1, (1, 0)), (999999, (1, 0)), (1000000, (0, 1))):
+        bench = Bench()
+        bench.take(5000000)
+        found = bench.take(5000000 - back_us)
+        assert (found.refused, found.jumps) == counts, back_us
+
+
+def test_stale_is_what_no_frame_waits_for():
+    for age_us, stale in ((1000000 - LINE_US, 0), (1000001 - LINE_US, 1)):
+        assert Bench().take(5000000, age_us).stale == stale, age_us
+
+
+def test_a_gap_and_a_jump():
+    for passed_us, x_mm10, turned_cdeg, count, jumps in (
+        (1000000, 0, 0, 2, 0),
+        (1000001, 0, 0, 1, 0),
+        (999, 500, 500, 2, 0),  # below a millisecond
+        (999, 502, 0, 1, 1),
+        (999, 0, 501, 1, 1),
+        (100000, 20500, 0, 2, 0),  # 20 m/s and 50 mm
+        (100000, 20502, 0, 1, 1),
+        (40000, 0, 14900, 2, 0),  # ten turns a second and 5 degrees
+        (40000, 0, 14901, 1, 1),
+    ):
+        found = kept((0, 0, 0), (passed_us, x_mm10, turned_cdeg))
+        assert (found._count, found.jumps) == (count, jumps), (passed_us, x_mm10, turned_cdeg)
+
+
+def test_so_many_poses_are_kept():
+    found = kept(*[(20000 * k, 0, 0) for k in range(2 * KEPT)])
+    last_us = 20000 * (2 * KEPT - 1)
+    assert KEPT == 64
+    assert found.at(last_us - 63 * 20000) == m.MOTION_INTERPOLATED
+    assert found.at(last_us - 63 * 20000 - 1) == m.MOTION_NONE
+
+
+def test_motion_is_carried_on_by_ten_milliseconds_of_it():
+    for first_us, x_mm10 in ((-10000, 400), (-10001, 300)):
+        found = kept((first_us, 0, 0), (first_us + 1, 100, 0), (0, 200, 0))
+        assert found.at(10000) == m.MOTION_EXTRAPOLATED and abs(found.x_mm10 - x_mm10) <= 1, first_us
+    assert kept((-9999, 0, 0), (0, 200, 0)).at(10000) == m.MOTION_NONE
+
+
+def test_odometry_is_tame_again_after_sixteen_good_poses():
+    found = Bench().odometry
+    for _ in range(10):
+        found._begin_anew()
+    for k in range(16):
+        assert found.is_wild
+        found._keep(20000 * k, 0, 0, 0)
+    assert not found.is_wild
+
+
+def heard(*messages):
+    """A clock that heard (arrived_us, offset_us), and whether it believes the last one."""
+    clock = VehicleClock()
+    for arrived_us, offset_us in messages:
+        believed = clock.hear(arrived_us, (arrived_us - offset_us) & m.COUNT_MAX, 0)
+    return clock, believed
+
+
+def test_the_least_delay_is_forgotten_slowly():
+    for passed_ms, offset_us in ((1000, 400), (8000, 3200), (8001, 3200)):
+        clock, _ = heard((0, 0))
+        clock._advance(passed_ms)
+        assert clock.camera_us(0) == offset_us, passed_ms
+
+
+def test_clocks_that_leap_apart():
+    for offset_us, believed in ((1000400, True), (1000401, False)):  # 0.4 ms were forgotten in the second
+        assert heard((0, 0), (1000000, offset_us))[1] == believed
+        assert heard((0, 0), (1000000, 800 - offset_us))[1] == believed
+
+
+def test_spans_of_messages():
+    eighth = [(250000 * k, 0) for k in range(7)]
+    for last, spans_ms, left in ((1999000, 2000, 8), (2000000, 4000, 0)):
+        clock, _ = heard(*eighth, (last, 0))
+        assert (clock._span_ms, clock._messages) == (spans_ms, left), last
+    assert heard(*eighth[1:], (2250000, 0))[0]._messages == 7
+    clock, _ = heard(*[(250000 * k, 0) for k in range(200)])
+    assert clock._span_ms == 8000
+    for silence_us, left in ((32000000, 2), (32001000, 0)):
+        assert heard((0, 0), (silence_us, 0))[0]._messages == left
+
+
+def learned(between_ms, grown_us, waited_us=0, late_us=0):
+    clock, _ = heard((0, 0))
+    clock._last_us = clock._last_offset_us = 0
+    clock._earliest_us, clock._earliest_offset_us = 1000 * between_ms, grown_us
+    clock._waited_us, clock._late_us, clock._span_ms = waited_us, late_us, 8000
+    clock._learn(1000 * between_ms)
+    return clock
+
+
+def test_a_drift_is_learned_beyond_doubt_and_within_reason():
+    for between_ms, grown_us, waited_us, drift_ppm in (
+        (1000, 6000, 0, 0),
+        (1000, 6001, 0, 6001),
+        (1000, -6001, 0, -6001),
+        (1000, 6500, 500, 0),
+        (1000, 6501, 500, 6501),
+        (1000, 19999, 0, 19999),
+        (1000, 20001, 0, 20000),
+        (1000, -20001, 0, -20000),
+        (40000, 40000, 0, 1000),
+        (40001, 40000, 0, 0),
+    ):
+        assert learned(between_ms, grown_us, waited_us).drift_ppm == drift_ppm, (between_ms, grown_us)
+
+
+def test_an_estimate_that_no_message_reaches_is_put_right():
+    for waited_us, late_us, offset_us in ((0, 3000, 0), (0, 3001, 3001), (700, 3700, 0), (700, 3701, 3701)):
+        assert learned(1000, 0, waited_us, late_us).camera_us(0) == offset_us, late_us
+
+
+class Shares(OdometryShares):
+    """Tells how legs were judged."""
+
+    def __init__(self):
+        super().__init__(OdometryNoise())
+        self.judged = []
+
+    def _judge(self, fits):
+        self.judged.append(bool(fits))
+        return super()._judge(fits)
+
+
+class Told:
+    def __init__(self, x_mm10=0, heading_cdeg=0):
+        self.x_mm10, self.y_mm10, self.heading_cdeg = x_mm10, 0, heading_cdeg
+
+
+def placed(x_mm10=0, heading_cdeg=0, entry=0):
+    fix = Fix()
+    fix.x_mm10, fix.heading_cdeg, fix.entry = x_mm10, heading_cdeg, entry
+    return fix
+
+
+def judged(way_mm10, turn_cdeg=0, entry=1, x_mm10=None, heading_cdeg=None):
+    """How the leg from a first marker is judged: odometry told so much, the markers the rest."""
+    shares = Shares()
+    shares.compare(placed(), Told(), 0, 0)
+    shares.carry(way_mm10, way_mm10, turn_cdeg)
+    x_mm10 = way_mm10 if x_mm10 is None else x_mm10
+    heading_cdeg = turn_cdeg if heading_cdeg is None else heading_cdeg
+    shares.compare(placed(x_mm10, heading_cdeg % 36000, entry), Told(way_mm10, turn_cdeg % 36000), 0, 0)
+    return shares.judged
+
+
+def test_which_legs_are_compared():
+    for way_mm10, turn_cdeg, entry, count in (
+        (2999, 0, 1, 0),
+        (3000, 0, 1, 1),
+        (5999, 0, 0, 0),
+        (6000, 0, 0, 1),
+        (0, 5999, 0, 0),
+        (0, 6000, 0, 1),
+        (159000, 0, 1, 1),
+        (160000, 0, 1, 0),
+    ):
+        assert len(judged(way_mm10, turn_cdeg, entry)) == count, (way_mm10, turn_cdeg, entry)
+
+
+def test_what_wheels_may_make():
+    for settings, fits in (
+        ({"way_mm10": 4000, "x_mm10": 4000 - 600 - 1000}, True),  # and a quarter of the way
+        ({"way_mm10": 4000, "x_mm10": 4000 - 600 - 1001}, False),
+        ({"way_mm10": 4000, "heading_cdeg": 1000 + 240}, True),  # and 6 degrees a metre
+        ({"way_mm10": 4000, "heading_cdeg": 1000 + 241}, False),
+        ({"way_mm10": 0, "turn_cdeg": 8000, "entry": 0, "heading_cdeg": 8000 - 3000}, True),
+        ({"way_mm10": 0, "turn_cdeg": 8000, "entry": 0, "heading_cdeg": 8000 - 3001}, False),
+    ):
+        assert judged(**settings) == [fits], settings
+
+
+def test_doubt_and_belief():
+    for legs, doubted in (
+        ((False,), False),
+        ((False, False), True),
+        ((False, False, True), False),
+        ((False, False, False, True), True),
+        ((False, False, False, True, True), False),
+        ((False, False, False, False, True, True), False),
+    ):
+        shares = Shares()
+        for fits in legs:
+            shares._judge(fits)
+        assert shares.doubted == doubted, legs
+
+
+def test_a_short_way_teaches_no_share():
+    for told_mm, learns in ((199, False), (200, True)):
+        shares = Shares()
+        shares.learn_scale(told_mm, 0, 1 << 8, 0)
+        assert (shares.scale._weight > 0) == learns
+        shares = Shares()
+        shares.compare(placed(), Told(), 0, 0)
+        shares.carry(10 * told_mm, 3000, 0)
+        shares.compare(placed(3000, 0, 1), Told(3000), 0, 0)
+        assert (shares.drift._weight > 0) == learns
+    shares = Share(0, 1000)
+    shares.learn(16384, 0, 1 << 24)
+    assert shares._weight == 16383 * 16383 >> 20
+
+
+def carrier():
+    """At the origin, with an odometry that has not moved yet."""
+    made = Carrier(OdometryNoise())
+    odometry = Told()
+    odometry.epoch = odometry.jumps = 0
+    made.move(odometry, 0)
+    fix = placed()
+    fix.scatter_mm10, fix.scatter_cdeg = 10, 10
+    made.fix(fix)
+    return made, fix
+
+
+def test_noise_is_heard_as_a_mean_within_limits():
+    made, fix = carrier()
+    louder = []
+    fix.x_mm10, fix.moved = 20000, True
+    for _ in range(9):
+        made._hear_noise(fix)
+        louder.append(made._loud_q4)
+    assert louder == [24, 48, 72, 96, 120, 144, 168, 176, 176]
+    made, fix = carrier()
+    quieter = []
+    for _ in range(7):
+        made._hear_noise(fix)
+        quieter.append(made._loud_q4)
+    assert quieter == [-46, -69, -85, -97, -107, -115, -123]  # by 46 sixteenths, halves, ... sixths of that
+    for _ in range(12):
+        made._hear_noise(fix)
+    assert made._loud_q4 == -176
+
+
+def test_a_short_way_tells_nothing_of_the_noise():
+    for way, legs in ((3000, 0), (3001, 1)):
+        made, fix = carrier()
+        made._way = way
+        made.fix(fix)
+        assert made._legs == legs
+    for distance, learns in ((3000, False), (3001, True)):
+        made, _ = carrier()
+        made._rx = distance << 4
+        made._learn_scale(0, 0, 100)
+        assert (made.shares.scale._weight > 0) == learns
+
+
+class Pieces(Carrier):
+    count = 0
+
+    def _advance(self, *increment):
+        self.count += 1
+
+
+def test_long_increments_come_in_pieces():
+    for driven_mm10, count in ((6999, 1), (7000, 2), (14000, 3)):
+        made = Pieces(OdometryNoise())
+        odometry = Told()
+        odometry.epoch = odometry.jumps = 0
+        made.move(odometry, 0)
+        odometry.x_mm10 = driven_mm10
+        made.move(odometry, 20000)
+        assert made.count == count, driven_mm10
