@@ -95,6 +95,9 @@ def main(arguments):
     try:
         say("%dx%d from %s to %s" % (camera.width, camera.height, options["source"], line.name))
         app.run()
+        if camera.ended and app.watch.missed:
+            counts = app.status.frames, app.watch.missed
+            say("%d frames processed, %d missed while the computer was busy; --every processes each" % counts)
     except Stop:
         app.loop.close(300)
     except byte_lines.Closed:

@@ -80,7 +80,7 @@ def test_who_waits_for_the_compiler_is_told(monkeypatch, capsys):
     import time
 
     monkeypatch.setattr(compilation, "_PATIENCE_S", 0.01)
-    monkeypatch.setattr(compilation, "_is_compiled", lambda folder: False)
+    monkeypatch.setattr(compilation, "_is_compiled", lambda folder, but: False)
     monkeypatch.setattr(_cpython, "EXECUTOR", "numba")
     errors.begin_run()
     said = ""
@@ -91,7 +91,7 @@ def test_who_waits_for_the_compiler_is_told(monkeypatch, capsys):
     assert said == (
         "larics: compiling the detection for this computer, which is done once and may take a minute\n"
     )
-    monkeypatch.setattr(compilation, "_is_compiled", lambda folder: True)
+    monkeypatch.setattr(compilation, "_is_compiled", lambda folder, but: True)
     errors.begin_run()
     with compilation.told("kernels", "the detection"):
         time.sleep(0.05)
@@ -100,13 +100,50 @@ def test_who_waits_for_the_compiler_is_told(monkeypatch, capsys):
 
 def test_loops_are_known_to_be_compiled(tmp_path, monkeypatch):
     folder = tmp_path / "kernels"
-    (folder / "__pycache__").mkdir(parents=True)
+    beside, version = folder / "__pycache__", "py%d%d" % sys.version_info[:2]
+    beside.mkdir(parents=True)
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    assert not compilation._is_compiled(folder)
-    (folder / "__pycache__" / "a.nbi").write_bytes(b"")
-    assert compilation._is_compiled(folder)
+    (folder / "votes.py").write_text(
+        "@micropython.viper\ndef vote(a: ptr8):\n    pass\n\n\n@njit(cache=True)\ndef count():\n    pass\n"
+        '@njit(cache=True, inline="always")\ndef inlined():\n    pass\n'
+    )
+    (folder / "grey.py").write_text("@micropython.viper\ndef look():\n    pass\n")
+
+    def compiled(but=()):
+        return compilation._is_compiled(folder, but)
+
+    (beside / ("votes.vote-2.%s.nbi" % version)).write_bytes(b"")
+    assert not compiled() and not compiled(["grey"])  # one of them is not all
+    (beside / "votes.count-7.py99.nbi").write_bytes(b"")
+    assert not compiled(["grey"])  # of another Python
+    (beside / ("votes.count-7.%s.nbi" % version)).write_bytes(b"")
+    assert compiled(["grey"]) and compiled(["grey.look"]) and not compiled()
+    os.utime(folder / "votes.py", (2e9, 2e9))
+    assert not compiled(["grey"])  # changed since
+    os.utime(folder / "votes.py", (1e9, 1e9))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
-    assert not compilation._is_compiled(folder)
-    (tmp_path / "kept" / "kernels_12").mkdir(parents=True)
-    (tmp_path / "kept" / "kernels_12" / "a.nbi").write_bytes(b"")
-    assert compilation._is_compiled(folder)
+    assert not compiled(["grey"])
+    (tmp_path / "kept").mkdir()
+    beside.rename(tmp_path / "kept" / "kernels_12")
+    assert compiled(["grey"])
+
+
+def test_everything_is_compiled_at_once():
+    pytest.importorskip("numba")
+    code = """
+import importlib, sys
+from larics_host import compilation
+compilation.compile_all()
+for package in ("kernels", "render"):
+    folder = compilation._folder(package)
+    for source in folder.glob("*.py"):
+        for loop in compilation._LOOP.findall(source.read_text()):
+            name = "larics_host.render." if package == "render" else "larics.kernels."
+            module = importlib.import_module(name + source.stem)
+            if not getattr(module, loop).signatures:
+                print("%s.%s" % (source.stem, loop))
+"""
+    environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert sorted(done.stdout.split()) == sorted(compilation._NEVER)

@@ -14,13 +14,16 @@ import pytest
 
 from larics.wire import messages as m
 from larics_host import cli
+from larics_host.connection.receiver import Message
+from larics_host.connection.records import Ack, Status
 from larics_host.errors import UserError
 from larics_host.fleet import engine, sources
 from larics_host.fleet.findings import examine, trend
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, Source, blocks, lines, list_logs
 from larics_host.fleet.tally import Work, read_block, vehicles
-from tests.host.fleet_logs import HALL, Vehicle, write_map
+from larics_host.logs.log_writer import json_line
+from tests.host.fleet_logs import HALL, Vehicle, record, write_map
 from tests.host.test_dual import ROOT
 from tests.host.waiting import wait_until
 
@@ -130,11 +133,29 @@ def test_blocks_add_up_whatever_their_size(fleet):
             "states",
             "sums",
             "readings",
+            "told_s",
+            "fault_seconds",
         ):
             if name != "frames_seen":
                 assert getattr(parts, name) == getattr(whole, name), (size, name)
         assert parts.seconds == pytest.approx(whole.seconds)
     assert whole.lines == path_lines(path) and whole.damaged == 0 and whole.sums["missed"] > 0
+
+
+def test_a_status_stands_for_the_time_since_the_one_before(tmp_path):
+    """A program that is held up sends no STATUS meanwhile; one that nobody recorded tells nothing."""
+    path, faulty = tmp_path / "held.jsonl", 1 << m.FAULT_CAMERA_DARK
+    told = [(0, 1, 0), (1, 2, 0), (3, 8, faulty), (4, 9, faulty), (5, 10, 0), (900, 70, faulty), (901, 71, 0)]
+    with open(path, "wb") as file:
+        for sequence, uptime_s, faults in told:
+            status = record(Status, uptime_s=uptime_s, active_faults=faults, state=m.LOST, boot=7)
+            file.write(json_line(Message("STATUS", sequence, status, float(uptime_s)), 0))
+            if sequence == 1:  # one more message, so that a block may have no STATUS
+                file.write(json_line(Message("ACK", 2, record(Ack), 2.0), 0))
+    for size in (1, 200, 100_000):
+        tally = tallied([str(path)], size)["held"]
+        assert tally.told_s == tally.states[m.LOST] == 1 + 1 + 6 + 1 + 1 + 1 + 1
+        assert dict(tally.fault_seconds) == {m.FAULT_CAMERA_DARK: 6 + 1 + 1}
 
 
 def path_lines(path):

@@ -31,7 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--size", metavar="WxH", help="to ask a device for; larger frames than 1024 px are reduced"
     )
     parser.add_argument("--fps", type=float, metavar="N", help="to ask a device for")
-    parser.add_argument("--every", action="store_true", help="process every frame of a file, at any speed")
+    parser.add_argument(
+        "--every",
+        action="store_true",
+        help="process every frame of a file, at any speed, instead of playing it in its own time",
+    )
     line = parser.add_mutually_exclusive_group()
     line.add_argument("--port", metavar="DEVICE", help="send to this serial port")
     line.add_argument(

@@ -187,8 +187,8 @@ def _vehicle(name, tally, logs, lens, scale, apart, findings):
         "visits": tally.visits,
         "wrong_ids": tally.wrong.total(),
         "against_the_map": tally.contradictions.total(),
-        "tracking_pct": _share(tally.states[m.TRACKING], tally.statuses),
-        "lost_pct": _share(tally.states[m.LOST], tally.statuses),
+        "tracking_pct": _share(tally.states[m.TRACKING], tally.told_s),
+        "lost_pct": _share(tally.states[m.LOST], tally.told_s),
         "lost_messages": tally.lost,
         "missed": tally.sums["missed"] if tally.statuses else None,
         "drops": tally.sums["drops"] if tally.statuses else None,
@@ -209,7 +209,7 @@ def _vehicle(name, tally, logs, lens, scale, apart, findings):
         text = "%s: markers are %+.1f %% farther apart than %s: calibrate it again"
         findings.append(Finding("calibration", name, None, apart[0], text % (name, 100 * apart[0], apart[1])))
     for code, seconds in sorted(tally.fault_seconds.items()):
-        text = "%s: %s for %d s of %d" % (name, _FAULTS.get(code, "fault %d" % code), seconds, tally.statuses)
+        text = "%s: %s for %d s of %d" % (name, _FAULTS.get(code, "fault %d" % code), seconds, tally.told_s)
         findings.append(Finding("fault", name, None, seconds, text))
     if messages and tally.lost > _LOST_SHARE * messages:
         text = "%s: %d messages of %d were lost on the line"

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from larics.wire import messages as m
@@ -48,12 +48,14 @@ class Tally:
     readings   {(ID, period): [count, margin, margin squared, radius in 1/256 px]}
     pairs      {(ID, ID, period): [mm between them]};  offs  {(number, number, period): [(x, y, heading)]}
     wrong      {(ID of the plate, ID read): count};  contradictions  {(ID read, ID there or None): count}
+    told_s     seconds that STATUS tells of, and of these states and fault_seconds {code: seconds}
     """
 
     def __init__(self) -> None:
         self.bytes = self.lines = self.damaged = self.lost = 0
         self.seconds = 0.0
         self.frames = self.frames_seen = self.uncertain = self.visits = self.statuses = self.boots = 0
+        self.told_s = 0
         self.sums: Counter[str] = Counter()
         self.states: Counter[int] = Counter()
         self.fault_seconds: Counter[int] = Counter()
@@ -71,7 +73,7 @@ class Tally:
         if same_log and self.last and other.first:
             self.between(self.last, other.first)
         for name in ("bytes", "lines", "damaged", "lost", "seconds", "frames", "frames_seen", "uncertain",
-                     "visits", "statuses", "boots"):  # fmt: skip
+                     "visits", "statuses", "boots", "told_s"):  # fmt: skip
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for name in ("sums", "states", "fault_seconds", "wrong", "contradictions"):
             getattr(self, name).update(getattr(other, name))
@@ -86,8 +88,11 @@ class Tally:
                 samples[sample] = (samples[sample] + values)[:_SAMPLES_ALL]
         self.first = self.first or other.first
         if other.last is not None:
-            earlier = self.last.status if same_log and self.last else None
-            self.last = other.last._replace(status=other.last.status or earlier)
+            last = other.last
+            if last.status is None and same_log and self.last and other.first:
+                gone = self.last.lost + missing(self.last.sequence, other.first.sequence) + last.lost
+                last = last._replace(status=self.last.status, lost=gone)
+            self.last = last
 
     def between(self, before: Edge, after: Edge) -> None:
         """What the passage from one message to the next tells."""
@@ -102,6 +107,25 @@ class Tally:
             else:
                 for name in _SUMS:
                     self.sums[name] += max(0, status[name] - earlier[name])
+                gone = before.lost + missing(before.sequence, after.sequence) + after.lost
+                self.tell(status, seconds_told(earlier, status, gone) - 1)  # one is counted
+
+    def tell(self, status: Mapping[str, Any], seconds: int) -> None:
+        """So many seconds more in the state that a STATUS tells."""
+        self.told_s += seconds
+        self.states[status["state"]] += seconds
+        for code in range(30):
+            if status["active_faults"] >> code & 1:
+                self.fault_seconds[code] += seconds
+
+
+def seconds_told(before: Mapping[str, Any], status: Mapping[str, Any], lost: int) -> int:
+    """How many seconds a STATUS stands for: those since the one before, of the same boot.
+
+    A program that is held up sends none meanwhile. Where messages are missing, a long time between two may be
+    one in which nobody recorded: it counts as one second."""
+    passed_s = max(1, status["uptime_s"] - before["uptime_s"])
+    return 1 if lost and passed_s > _PAUSE_S else passed_s
 
 
 def missing(before: int, after: int) -> int:
@@ -111,11 +135,13 @@ def missing(before: int, after: int) -> int:
 
 
 class Edge(NamedTuple):
-    """The first or last message of a block, and the first or last STATUS in it."""
+    """The first or last message of a block, the first or last STATUS in it, and how many messages are missing
+    between the two; of the whole block where it has no STATUS."""
 
     time_s: float
     sequence: int
     status: dict[str, Any] | None
+    lost: int
 
 
 class _Reader:
@@ -132,6 +158,8 @@ class _Reader:
         self._found = []
         self._time_s = self._sequence = None
         self._first = self._status = self._first_status = None
+        self._lost_before = 0  # of the first STATUS
+        self._status_lost = 0  # up to the last one
 
     def message(self, time_s, date, name, sequence, fields):
         """`fields` is None where they do not matter."""
@@ -155,19 +183,17 @@ class _Reader:
     def _take_status(self, fields):
         tally = self.tally
         tally.statuses += 1
-        tally.states[fields["state"]] += 1
-        active = fields["active_faults"]
-        for code in range(30):
-            if active >> code & 1:
-                tally.fault_seconds[code] += 1
+        seconds = 1
         if self._status is None:
-            self._first_status = fields
+            self._first_status, self._lost_before = fields, tally.lost
         elif self._status["boot"] != fields["boot"]:
             tally.boots += 1
         else:
             for name in _SUMS:
                 tally.sums[name] += max(0, fields[name] - self._status[name])
-        self._status = fields
+            seconds = seconds_told(self._status, fields, tally.lost - self._status_lost)
+        tally.tell(fields, seconds)
+        self._status, self._status_lost = fields, tally.lost
 
     def _marker(self, time_s, date, fields):
         if fields["frame"] != self._frame:
@@ -222,8 +248,10 @@ class _Reader:
         for ids in self._passes.end():
             self._visit(ids)
         if self._first is not None:
-            self.tally.first = Edge(*self._first, self._first_status)
-            self.tally.last = Edge(self._time_s, self._sequence, self._status)
+            lost = self.tally.lost
+            before = self._lost_before if self._status else lost
+            self.tally.first = Edge(*self._first, self._first_status, before)
+            self.tally.last = Edge(self._time_s, self._sequence, self._status, lost - self._status_lost)
         return self.tally
 
 
