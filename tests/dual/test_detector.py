@@ -84,6 +84,7 @@ def test_tracking_gives_what_the_search_gives():
         assert again[0].marker_id == one.marker_id
         assert abs(again[0].x_q8 - one.x_q8) <= 12 and abs(again[0].y_q8 - one.y_q8) <= 12
         assert abs(wrap_cdeg(again[0].heading_cdeg - one.heading_cdeg)) <= 5
+        assert tracker.statistics.edges == 0  # fitted at once
 
 
 def test_tracking_follows_the_motion_and_falls_back():
@@ -93,8 +94,24 @@ def test_tracking_follows_the_motion_and_falls_back():
     assert tracker.track(drawn(3, 1060, 960, 400, 200))[0].flags == FLAG_TRACKED
     assert tracker.track(bytearray(WIDTH * HEIGHT)) == []
     assert tracker.track(drawn(3, 1120, 960, 400, 300))[0].flags == 0
-    lost = tracker.track(drawn(3, 1000, 960, 400, 300), 400 * 256, 10 * 256, 25 * 256)
-    assert len(lost) == 1 and lost[0].flags == 0
+
+
+def test_where_tracking_fails_the_search_of_the_next_frame_pays():
+    frame = drawn(3, 1000, 960, 400, 300)
+    tracker = detector()
+    tracker.detect(frame)
+    searched = tracker.statistics.steep
+    assert tracker.track(frame, 2000 * 16, 100 * 16, 400 * 16) == []
+    # its own window was searched, and nothing else
+    assert tracker.statistics.steep < searched // 2
+    assert tracker.statistics.blur_verdict == -1
+    # then the whole frame, and after that the window again
+    assert tracker.track(frame, 2000 * 16, 100 * 16, 400 * 16)[0].flags == 0
+    assert tracker.track(frame, 1003 * 16, 959 * 16, 400 * 16)[0].flags == FLAG_TRACKED
+    # a search between the two counts as well
+    assert tracker.track(frame, 2000 * 16, 100 * 16, 400 * 16) == []
+    tracker.detect(frame)
+    assert tracker.track(frame, 1003 * 16, 959 * 16, 400 * 16)[0].flags == FLAG_TRACKED
 
 
 def test_an_id_is_confirmed_by_enough_frames():

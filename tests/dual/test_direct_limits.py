@@ -88,7 +88,13 @@ def test_rings_too_small_or_too_faint_are_left_to_the_blur_model():
 
 def test_deviations_of_the_first_passes():
     assert examined(8000, (0,))[1].looks == [1300, 480]
-    assert examined(8000, (0,), 8000)[1].looks == [480, 480]
+    assert examined(8000, (0,), 8000)[1].looks == [1300, 480]  # a prediction may be off as a tilt is
+
+
+def test_a_prediction_saves_crossings():
+    for predicted, asked in ((0, [6, 6, 16, 16]), (8000, [4, 4, 12, 12])):
+        script = examined(8000, (626, 0, 121, 0), predicted)[1]
+        assert [one[0] for one in script.passes] == asked
 
 
 def test_rings_that_are_far_off_take_more_passes():

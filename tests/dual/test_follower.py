@@ -2,7 +2,7 @@
 
 from larics.detect.tracker import Tracker
 from larics.device.factory import make_detector
-from larics.marker.detection import FLAG_BORDER, FLAG_TRACKED, FLAG_UNCONFIRMED
+from larics.marker.detection import FLAG_BLUR_MODEL, FLAG_BORDER, FLAG_TRACKED, FLAG_UNCONFIRMED
 from larics.settings import Settings
 from marker_drawing import draw
 
@@ -45,7 +45,13 @@ def test_a_single_marker_is_followed_and_the_frame_searched_every_eighth_time():
 
 
 def test_what_is_not_safe_to_follow_is_searched_for():
-    for found in ([], [Seen(), Seen(4)], [Seen(-1)], [Seen(flags=FLAG_BORDER)]):
+    for found in (
+        [],
+        [Seen(), Seen(4)],
+        [Seen(-1)],
+        [Seen(flags=FLAG_BORDER)],
+        [Seen(flags=FLAG_BLUR_MODEL)],
+    ):
         assert calls(found) == "s" * 20
 
 

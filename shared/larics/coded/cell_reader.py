@@ -13,9 +13,10 @@ without a marker.
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith.fixed import CELL_AXES, CELL_ROWS, COSINE, LOG_GREY, cos_q14, sin_q14
 from larics.kernels import cell_words
@@ -93,6 +94,7 @@ class CellReader:
         """Bytes of the buffers."""
         return 4 * (len(self.depths) + len(self.pose) + len(self._weights) + 8 + 4 * ID_COUNT)
 
+    @micropython.native
     def decide(self, lines_id, is_turned=False):
         """Which ID the cells measured last tell: above 7, PLAIN, or UNKNOWN; sets `margin`.
 
@@ -155,6 +157,7 @@ class CellReader:
         cell = (6 * turn + side) % 24
         return self.depths[48 + cell] if self.depths[cell] else 0
 
+    @micropython.native
     def _weigh(self):
         """Weighs the cells measured last; False when too few tell anything."""
         weights = self._weights
@@ -195,6 +198,7 @@ class CellReader:
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
+    @micropython.native
     def measure_direct(self, frame, rings, lines, is_faint):
         """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`.
 

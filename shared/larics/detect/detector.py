@@ -143,6 +143,7 @@ class Detector:
         self._kept = Detection()
         self._count = 0
         self._seen = False
+        self._missed = False  # nothing was in the last frame's window
         self._x_q8 = self._y_q8 = self._radius_q8 = self._motion_x_q8 = self._motion_y_q8 = 0
 
     def memory(self):
@@ -170,18 +171,21 @@ class Detector:
         """The marker near a predicted place (1/256 px), fitted at once or searched for in a window only.
 
         Without a prediction, the first marker of the last frame is expected where its motion between the last
-        two frames takes it. When there is nothing in the window, or nothing to expect, the whole frame is
-        searched. Returns and raises as `detect`; markers found in the window have FLAG_TRACKED."""
+        two frames takes it. When there is nothing in the window, nothing is reported of this frame, and the
+        next one is searched as a whole, as is one with nothing to expect: no frame pays for both. Returns and
+        raises as `detect`; markers found in the window have FLAG_TRACKED."""
         frame = self._begin(frame)
         if x_q8 is None and self._seen:
             x_q8 = self._x_q8 + self._motion_x_q8
             y_q8 = self._y_q8 + self._motion_y_q8
             radius_q8 = self._radius_q8
-        if x_q8 is not None:
-            self._search_window(frame, x_q8, y_q8, radius_q8)
-        if not self._count:
+        if x_q8 is None or self._missed:
             self._search(frame)
             self._ask_again(frame)
+        else:
+            self._search_window(frame, x_q8, y_q8, radius_q8)
+            self._report_kept()
+            self._missed = not self._count
         return self._finish()
 
     def _begin(self, frame):
@@ -223,6 +227,7 @@ class Detector:
 
     def _search(self, frame):
         """Searches the whole frame for markers of all scales."""
+        self._missed = False
         blurred = self._blurred_search
         for group in self._groups:
             finest = group[-1].edges

@@ -8,9 +8,10 @@ ring only, the coding lines inside the inner ring only.
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith.fixed import COSINE, LOG_GREY, atan2_turn16
 from larics.kernels import code, directions
@@ -116,6 +117,7 @@ class LineReader:
             + 4 * (_SHAPE_ITEMS + _CROSSING_ITEMS + _POSITION_ITEMS * POSITIONS)
         )
 
+    @micropython.native
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
         self.rivals = 0
@@ -228,6 +230,7 @@ class LineReader:
         darkest = min(profile[index], min(profile[(index + 1) % count], before))
         return max(0, darkest - 1) // _SAMPLES
 
+    @micropython.native
     def _passes(self):
         """Whether what was measured last is a straight, radial, uninterrupted line."""
         line = self.line
@@ -237,6 +240,7 @@ class LineReader:
             and line[_CROSSING_SLOPE] < line[_CROSSING_SLOPE_MOST]
         )
 
+    @micropython.native
     def refine(self, frame, rings, rounds):
         """Measures the orientation line once more, from its last angle and the present centre.
 
@@ -247,6 +251,7 @@ class LineReader:
             dark_q8 = kernels.line_end(0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, shape, self.angle_turn16)
             self.end_q8 = max(self.end_q8, dark_q8)
 
+    @micropython.native
     def _measure(self, frame, rings, angle_turn16, rounds):
         line = self.line
         kernels.line_crossings(
@@ -255,6 +260,7 @@ class LineReader:
         )  # fmt: skip
         self.angle_turn16 = line[_CROSSING_ANGLE]
 
+    @micropython.native
     def read_code(self, frame, rings):
         """Measures the eight positions inside the inner ring."""
         self.code_inside = code.code_positions(

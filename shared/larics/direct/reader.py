@@ -24,6 +24,11 @@ TINY_Q8 = const(2304)  # rings below this are too small for sharp rules,
 _FAINT_Q8 = const(56)  # rings less dark than this too faint, log units: noise may look like a line
 _DEVIATION_FIRST_Q10 = const(1300)  # of the rings after the first pass; of tilted markers up to 1100
 _DEVIATION_Q10 = const(480)  # after the first passes
+_LINES_COARSE = const(6)  # crossings a quarter ring: in the first passes,
+_LINES_COARSE_SMALL = const(12)
+_LINES = const(16)  # and in the last ones;
+_LINES_COARSE_TRACKED = const(4)  # near a good prediction fewer will do
+_LINES_TRACKED = const(12)
 _FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/51, is followed by others,
 _COARSE_PASSES = const(3)  # at most that many
 _SETTLED_Q10 = const(120)  # a last pass that moves the rings by more is repeated
@@ -101,21 +106,25 @@ class DirectReader:
         rings = self.rings
         lines = self.lines
         acceptance = self.acceptance
-        deviation_q10 = _DEVIATION_FIRST_Q10
+        coarse_lines = _LINES_COARSE
+        fine_lines = _LINES
         if radius_q8:
+            coarse_lines = _LINES_COARSE_TRACKED
+            fine_lines = _LINES_TRACKED
             rings.start(x_q8 << 2, y_q8 << 2, radius_q8)
-            deviation_q10 = _DEVIATION_Q10
         elif not edges or not rings.coarse(scale.edges.edges, edges, x_q8, y_q8, scale.radii):
             return verdicts.NO_RADIUS
-        if not rings.refine(frame, 6, 3, 192):
+        if not rings.refine(frame, coarse_lines, 3, 192):
             return verdicts.NO_FIT
-        if not acceptance.first_look(rings, deviation_q10):
+        if not acceptance.first_look(rings, _DEVIATION_FIRST_Q10):
             return verdicts.POOR_RINGS
         more = _COARSE_PASSES
         while rings.moved_q10 > max(_FAR_OFF_Q10, rings.radius_q8 * 5 >> 6) or (
             more == _COARSE_PASSES and rings.radius_q8 < _SMALL_Q8
         ):
-            if not more or not rings.refine(frame, 12 if rings.radius_q8 < _SMALL_Q8 else 6, 3, 192):
+            if rings.radius_q8 < _SMALL_Q8:
+                coarse_lines = _LINES_COARSE_SMALL
+            if not more or not rings.refine(frame, coarse_lines, 3, 192):
                 return verdicts.NO_FIT
             more -= 1
         if not acceptance.first_look(rings, _DEVIATION_Q10):
@@ -126,10 +135,10 @@ class DirectReader:
             return verdicts.TWO_ORIENTATIONS if rivals else verdicts.NO_ORIENTATION
         lines.read_code(frame, rings)
         rings.skip_lines(lines)
-        if not rings.refine(frame, 16, 4, 48):
+        if not rings.refine(frame, fine_lines, 4, 48):
             return verdicts.NO_FIT
         if rings.moved_q10 > _SETTLED_Q10:
-            if not rings.refine(frame, 16, 4, 96) or rings.moved_q10 > _SETTLED_Q10:
+            if not rings.refine(frame, fine_lines, 4, 96) or rings.moved_q10 > _SETTLED_Q10:
                 return verdicts.NO_FIT
         verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
         uneven = verdict == verdicts.POOR_RINGS

@@ -8,9 +8,10 @@ two rings' images differ, and the true centre lies on their line, farther by a f
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith import tables
 from larics.arith.fixed import AXES, LOG_GREY, ROOT
@@ -138,6 +139,7 @@ class RingFit:
         self.start((x_q4 + result[1]) << 6, (y_q4 + result[2]) << 6, result[0] << 4)
         return True
 
+    @micropython.native
     def start(self, x_q10, y_q10, radius_q8):
         """Begins the fit of a candidate."""
         fit = self.fit
@@ -149,6 +151,7 @@ class RingFit:
         fit[_FIT_AREA] = 0
         self.skip_lines(None)
 
+    @micropython.native
     def skip_lines(self, lines):
         """Leaves out of the next passes what a line disturbs; None: nothing."""
         if lines is None:
@@ -161,6 +164,7 @@ class RingFit:
         self.skipped_outer = marked & 63
         self.skipped_inner = marked >> 6
 
+    @micropython.native
     def refine(self, frame, lines, rounds, limit_q8):
         """One pass over both rings with about `lines` crossings a quarter ring; False when they do not hold.
 

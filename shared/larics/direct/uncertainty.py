@@ -5,9 +5,10 @@ how straight the orientation line is. The weights were fitted to the errors of r
 """
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith import tables
 from larics.kernels import robust as kernels
@@ -24,6 +25,7 @@ _HEADING = const(1085)  # cdeg that 1/256 of the radius turns the line's middle,
 _HEADING_LEAST = const(31)  # (1/16 cdeg) ** 2
 
 
+@micropython.native
 def centre_variance(robust, rings, lines):
     """Of the centre along each axis, (1/1024 px) ** 2; lines: None when the orientation line was not seen."""
     variance = robust.variance
@@ -44,11 +46,13 @@ def with_few_pixels(variance, radius_q8):
     return min(_MOST, variance + (variance * min(1023, _FEW_PIXELS * 256 // (radius_q4 * radius_q4)) >> 8))
 
 
+@micropython.native
 def sigma_q12(variance):
     """Standard deviation of a centre of that variance, 1/4096 px, 1..4096."""
     return max(1, kernels.root(variance << 4, 0, 0))
 
 
+@micropython.native
 def sigma_mdeg(variance, lines, radius_q8):
     """Standard deviation of the heading, 0.001 degrees, at least 3: the line's own, and the centre's."""
     distance = min(lines.line[_CROSSING_DISTANCE], 1024)
