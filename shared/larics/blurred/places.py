@@ -1,8 +1,8 @@
 """Where the blur-model reader examined something in the last frames, and how that ended.
 
 It examines one or two candidates a frame. What was read gives way to what was not examined yet, so that
-several markers are read in turns; what was no marker is passed over for a while, since a ceiling hardly
-changes between frames.
+several markers are read in turns; what was no marker is passed over for a while where it stands still, since
+a ceiling hardly changes between frames. What moves may be a marker that comes into view.
 """
 
 from array import array
@@ -23,7 +23,8 @@ _Y_Q8 = const(1)
 _RADIUS_Q8 = const(2)
 _AGE = const(3)  # frames
 _KIND = const(4)
-_REJECTED_FRAMES = const(4)  # so long it is passed over
+_REJECTED_FRAMES = const(4)  # so long it is passed over,
+_STANDING = const(16)  # while it moves by less than that part of its radius
 _FORGOTTEN = const(255)
 
 
@@ -54,17 +55,20 @@ class Places:
                     self.are_noted = True
 
     def kind(self, x_q8, y_q8):
-        """How the last examination within a place's radius ended."""
+        """How the last examination there ended: within a place's radius, or where it stood if rejected."""
         slot = self._slot(x_q8, y_q8)
         return self._items[slot + _KIND] if slot >= 0 else UNKNOWN
 
     def _slot(self, x_q8, y_q8):
         items = self._items
         for slot in range(0, _ITEMS * _PLACES, _ITEMS):
+            near_q8 = items[slot + _RADIUS_Q8]
+            if items[slot + _KIND] == REJECTED:
+                near_q8 = near_q8 // _STANDING
             if (
                 items[slot + _AGE] < _FORGOTTEN
-                and abs(items[slot + _X_Q8] - x_q8) < items[slot + _RADIUS_Q8]
-                and abs(items[slot + _Y_Q8] - y_q8) < items[slot + _RADIUS_Q8]
+                and abs(items[slot + _X_Q8] - x_q8) < near_q8
+                and abs(items[slot + _Y_Q8] - y_q8) < near_q8
             ):
                 return slot
         return -1

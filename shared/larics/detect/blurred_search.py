@@ -42,6 +42,7 @@ class BlurredSearch:
     candidates             blurred.candidates.Candidates that receives them
     width, height          of the frame, px
     statistics             counts edges and votes
+    in_turns               whether one scale of many is searched in this frame
     """
 
     def __init__(self, scales, centres, candidates, width, height, statistics):
@@ -51,15 +52,16 @@ class BlurredSearch:
         self._width = width
         self._height = height
         self._statistics = statistics
+        self.in_turns = False
         self._empty = 1  # frames without a marker in a row; the first one is taken to be likely empty
 
     def begin(self):
         """Begins a frame."""
         scales = self._scales
-        in_turns = len(scales) > _TOGETHER and self.is_sparing()
+        self.in_turns = len(scales) > _TOGETHER and self.is_sparing()
         turn = self._empty % len(scales)
         for index in range(len(scales)):
-            scales[index].is_searched = in_turns and index != turn
+            scales[index].is_searched = self.in_turns and index != turn
 
     def end(self, found):
         """Ends a frame in which some marker was found, or none."""
@@ -76,10 +78,7 @@ class BlurredSearch:
 
     def wants_lower(self, group):
         """Whether a group of scales is listed with the lower threshold at once."""
-        if not self._empty or not group[0].edges.needs_lower() or all_searched(group):
-            return False
-        # where scales take no turns, the two thresholds do
-        return not self.is_sparing() or len(self._scales) > _TOGETHER or self._empty & 1 == 0
+        return self._empty > 0 and group[0].edges.needs_lower() and not all_searched(group)
 
     def is_due(self, scale):
         """Whether a scale is to be searched at once, while its votes are there.

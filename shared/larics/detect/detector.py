@@ -349,7 +349,7 @@ class Detector:
         if not self._thorough:
             reader.begin()
         for _ in range(MARKERS if self._thorough else 1):
-            verdict = reader.examine(frame, self._blurred_search.is_sparing())
+            verdict = reader.examine(frame, self._blurred_search.is_sparing(), self._blurred_search.in_turns)
             if self.statistics.blur_verdict != verdicts.ACCEPTED:
                 self.statistics.blur_verdict = verdict
             if verdict != verdicts.ACCEPTED:

@@ -228,17 +228,37 @@ def sector_radii(
             start = 13 * step - (first << 8) // pitch + 128
             position = start
             product = 0
-            i = 0
-            while i < 16:
-                product -= int(profile[position >> 8]) * (int(templates[i]) - 32768)
-                position += step
-                product -= int(profile[position >> 8]) * (int(templates[i + 1]) - 32768)
-                position += step
-                product -= int(profile[position >> 8]) * (int(templates[i + 2]) - 32768)
-                position += step
-                product -= int(profile[position >> 8]) * (int(templates[i + 3]) - 32768)
-                position += step
-                i += 4
+            product -= int(profile[position >> 8]) * (int(templates[0]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[1]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[2]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[3]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[4]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[5]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[6]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[7]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[8]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[9]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[10]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[11]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[12]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[13]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[14]) - 32768)
+            position += step
+            product -= int(profile[position >> 8]) * (int(templates[15]) - 32768)
             # the rings are not where half as much was found elsewhere
             if product > most >> 1:
                 if product > most:
