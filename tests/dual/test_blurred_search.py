@@ -84,10 +84,12 @@ def test_least_scores():
         assert search._candidates.votes == kept
 
 
-def test_every_other_point_goes_on_voting_where_there_is_contrast():
-    for clear, every in ((True, 2), (False, 1)):
+def test_after_a_while_every_other_point_goes_on_voting_where_there_is_contrast():
+    for clear, empty, every in ((True, 5, 2), (False, 5, 1), (True, 4, 1)):
         scale = Scale(clear)
         search = searching([scale])
+        for _ in range(empty):
+            search.end(False)
         search.begin()
         search.go_on(scale, 10)
         assert scale.votes.asked == [(10, 15, every)]

@@ -16,7 +16,7 @@ _LEAST_SCORE = const(140)  # of a centre among blurred edges of a faint frame,
 _LEAST_SCORE_CLEAR = const(200)  # and where the frame has contrast
 _EMPTY_LONG = const(6)  # after so many frames without a marker one scale a frame is searched, in turns,
 _TOGETHER = const(2)  # where there are more than these
-_EVERY_CLEAR = const(2)  # there every so-manyth steep point votes: blurred edges have more than enough
+_EVERY_CLEAR = const(2)  # there, after so long, every so-manyth steep point votes: blurred edges have enough
 
 
 def least_score(scale):
@@ -90,7 +90,7 @@ class BlurredSearch:
 
     def go_on(self, scale, edges):
         """Lists the centres of a scale of which so many edges of thin lines have voted last."""
-        every = _EVERY_CLEAR if scale.edges.is_clear() else 1
+        every = _EVERY_CLEAR if self.is_sparing() and scale.edges.is_clear() else 1
         self._list(scale, scale.edges.edges, edges, scale.edges.listed, every)
 
     def find(self, frame):
