@@ -128,6 +128,7 @@ def test_loops_are_known_to_be_compiled(tmp_path, monkeypatch):
     assert compiled(["grey"])
 
 
+@pytest.mark.long(100)  # the first of all: the others find compiled what they need
 def test_everything_is_compiled_at_once():
     pytest.importorskip("numba")
     code = """

@@ -142,6 +142,7 @@ def tree(board):
         return session.evaluate("dict(_all('/flash'))")
 
 
+@pytest.mark.long(50)
 def test_the_real_program_starts_after_it_was_flashed(board, capsys):
     assert cli.main(["flash", "--port", board.port]) == 0
     said = capsys.readouterr().out

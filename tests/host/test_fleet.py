@@ -331,6 +331,7 @@ def test_a_cluster_gives_the_same_bits_and_a_dead_worker_costs_nothing_else(flee
     assert figures(told(fleet, [first, *rest], work)) == want
 
 
+@pytest.mark.long(20)
 def test_a_scheduler_that_dies_is_one_line(fleet, cluster):
     dask = cluster()
     answers = engine.run(read_block, work_of(fleet), scheduler=dask.address)

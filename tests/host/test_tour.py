@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.host.test_dual import ROOT
 
 TEXT = (ROOT / "README.md").read_text()
@@ -19,6 +21,7 @@ LEFT = {
 }  # fmt: skip
 
 
+@pytest.mark.long(40)
 def test_the_tour_works_as_it_stands(tmp_path):
     script = "set -eux\n" + "".join(COMMANDS)
     assert len(COMMANDS) > 12 and "--desk" in script

@@ -46,6 +46,7 @@ def test_all_tutorials_are_known_and_in_the_index():
     assert all("tutorials/%s\n" % name in index for name in names)
 
 
+@pytest.mark.long(30)
 @pytest.mark.parametrize("name", sorted(LEFT))
 def test_a_tutorial_works_as_it_stands(name, tmp_path):
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])

@@ -1,6 +1,7 @@
 """The wheel does what the checkout does: built, laid into an empty folder, and run there from elsewhere."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -27,6 +28,18 @@ def installed(tmp_path_factory):
     return target
 
 
+@pytest.fixture(scope="module")
+def compiled(installed):
+    """The same with the loops that were compiled in the checkout, which numba keeps by a source's date."""
+    for kept in [*ROOT.glob("shared/larics/**/*.nb[ic]"), *ROOT.glob("host/larics_host/**/*.nb[ic]")]:
+        source = kept.parents[1] / (kept.name.split(".")[0] + ".py")
+        target = installed / source.relative_to(ROOT / source.relative_to(ROOT).parts[0])
+        shutil.copystat(source, target)
+        (target.parent / "__pycache__").mkdir(exist_ok=True)
+        shutil.copy(kept, target.parent / "__pycache__")
+    return installed
+
+
 def larics(installed, folder, *words):
     """Runs the installed command; whatever it imports of ours must come from the wheel."""
     environment = dict(os.environ, PYTHONPATH=str(installed))
@@ -48,13 +61,14 @@ def test_everything_comes_from_the_wheel(installed, tmp_path):
     assert all(line.startswith(str(installed)) for line in done.stdout.split())
 
 
-def test_detect_and_marker(installed, tmp_path):
-    done = larics(installed, tmp_path, "detect", FRAME, "--json", "--radius-px", "25:35")
+def test_detect_and_marker(compiled, tmp_path):
+    done = larics(compiled, tmp_path, "detect", FRAME, "--json", "--radius-px", "25:35")
     assert done.returncode == 0 and '"id": 4' in done.stdout, done.stderr
-    assert larics(installed, tmp_path, "marker", "3", "-o", "m.pdf").returncode == 0
+    assert larics(compiled, tmp_path, "marker", "3", "-o", "m.pdf").returncode == 0
     assert (tmp_path / "m.pdf").stat().st_size > 1000
 
 
+@pytest.mark.long(50)
 def test_a_board_is_flashed_from_it(installed, tmp_path):
     with PtyPair() as cable:
         board = Board(cable, tmp_path / "flash.img")
@@ -67,11 +81,11 @@ def test_a_board_is_flashed_from_it(installed, tmp_path):
     assert done.stdout.splitlines()[-1].strip().startswith("larics %s runs on OpenMV" % __version__)
 
 
-def test_frames_are_rendered_and_held_against_their_truth(installed, tmp_path):
+def test_frames_are_rendered_and_held_against_their_truth(compiled, tmp_path):
     assert (
-        larics(installed, tmp_path, "simulate", "--frames", "2", "--seed", "5400", "-o", "f").returncode == 0
+        larics(compiled, tmp_path, "simulate", "--frames", "2", "--seed", "5400", "-o", "f").returncode == 0
     )
-    done = larics(installed, tmp_path, "validate", "f", "--radius-px", "25:36", "--min-read", "100")
+    done = larics(compiled, tmp_path, "validate", "f", "--radius-px", "25:36", "--min-read", "100")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
