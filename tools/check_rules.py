@@ -26,7 +26,7 @@ ARROWS = {
     "blurred": ("direct", "coded", "marker", "kernels", "arith"),
     "detect": ("blurred", "direct", "coded", "marker", "kernels", "arith"),
     "wire": ("arith", "kernels"),
-    "locate": ("wire", "marker", "arith"),
+    "locate": ("wire", "marker", "kernels", "arith"),
     "settings": ("locate", "marker", "wire"),
     "device": ("settings", "locate", "wire", "detect", "blurred", "direct", "marker", "kernels", "arith"),
     "larics_vehicle": ("wire", "arith"),

@@ -24,7 +24,7 @@ NOT_LOADED = (
     "larics/locate/noise", "larics/locate/route", "larics/locate/uncertainty", "larics/wire/mavlink",
     "larics/wire/messages", "larics/wire/nmea",
 )  # fmt: skip
-CODE_MOST = 212000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
+CODE_MOST = 217000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
 BUFFERS_MOST = 97000
 
 

@@ -18,6 +18,7 @@ array('i') for ptr32.
 import os
 import types
 from array import array
+from binascii import crc32
 
 _EXECUTORS = ("numba", "plain", "strict")
 
@@ -333,3 +334,47 @@ def frame_view(frame):
     pixels = _numpy.frombuffer(view, _numpy.uint8)
     pixels.flags.writeable = False
     return pixels
+
+
+def unstuff(size, left, data, message, state, count, table):
+    """What kernels.stream.unstuff does, faster than any kernel where bytes can be searched and copied."""
+    size, left = state[1] - 1, state[2] - 1
+    data = data if isinstance(data, (bytes, bytearray)) else bytes(data)
+    place = state[0]
+    end = data.find(0, place, count)
+    stop = count if end < 0 else end
+    while place < stop:
+        if left > 0:
+            copied = min(left, stop - place)
+            message[size : size + copied] = data[place : place + copied]
+            size += copied
+            left -= copied
+            place += copied
+        elif left == 0:
+            if size < 0:
+                size = 0
+            else:
+                message[size] = 0
+                size += 1
+            left = data[place] - 1
+            place += 1
+            if size + left > 128:  # wire.framing.LIMIT
+                left = -1
+        else:
+            break
+    if end < 0:
+        state[0], state[1], state[2] = count, size + 1, left + 1
+        return 0
+    state[0], state[1], state[2] = end + 1, 0, 1
+    if size < 0:
+        return 2  # nothing
+    if left < 0:
+        return 3  # over-long
+    if left > 0:
+        return 4  # ended in the middle of a block
+    if size < 8:  # header and CRC
+        return 5
+    state[3] = size
+    if crc32(memoryview(message)[: size - 4]) != int.from_bytes(message[size - 4 : size], "little"):
+        return 6
+    return 1 if message[0] == 1 else 7  # another version

@@ -1,5 +1,7 @@
 """Odometry from the wire: poses at exposures, what is refused, what begins anew, and no allocation."""
 
+from array import array
+
 from larics.locate.odometry import KEPT, Odometry, length
 from larics.wire import messages as m
 from wire_values import changed, message_values
@@ -38,7 +40,7 @@ class Bench:
             m.ODOMETRY, time_us=(driven_us + AHEAD_US) & m.COUNT_MAX, age_us=age_us, x_mm10=x, y_mm10=y,
             heading_cdeg=heading, epoch=self.epoch,
         )  # fmt: skip
-        return changed(m.ODOMETRY, values, **given)
+        return array("i", changed(m.ODOMETRY, values, **given))
 
     def take(self, values, sampled_us, age_us=1000, waited_us=0):
         """The message is read when it has come over the line, and waited."""

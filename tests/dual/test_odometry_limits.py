@@ -1,5 +1,8 @@
 """Each limit of odometry, its clock, its shares and the carried pose, at it and just beyond."""
 
+from array import array
+
+from larics.kernels.odometry import settle
 from larics.locate.carrier import Carrier, Fix
 from larics.locate.odometry import KEPT, Odometry
 from larics.locate.odometry_shares import OdometryShares, Share
@@ -22,16 +25,27 @@ class Bench:
         self.now_us = time_us + age_us + LINE_US
         self.odometry.look()
         values = message_values(m.ODOMETRY, time_us=time_us, age_us=age_us, epoch=3, **given)
-        self.odometry.take(values)
+        self.odometry.take(array("i", values))
         return self.odometry
+
+
+def keep(odometry, time_us, x_mm10=0, heading_cdeg=0, known=1):
+    """What `take` does behind the clock, which agrees with the vehicle's."""
+    time_us &= m.COUNT_MAX
+    values = array("i", (time_us, 0, x_mm10, 0, heading_cdeg, 0, 0))
+    settle(0, 0, values, odometry._ring, odometry.clock.items, time_us, known)
 
 
 def kept(*poses):
     """An odometry that was told (time_us, x_mm10, heading_cdeg)."""
     odometry = Bench().odometry
-    for time_us, x_mm10, heading_cdeg in poses:
-        odometry._keep(time_us, x_mm10, 0, heading_cdeg)
+    for pose in poses:
+        keep(odometry, *pose)
     return odometry
+
+
+def count_and_jumps(odometry):
+    return odometry._ring[385], odometry._ring[392]
 
 
 def test_a_message_is_late_or_of_another_clock():
@@ -60,7 +74,7 @@ def test_a_gap_and_a_jump():
         (40000, 0, 14901, 1, 1),
     ):
         found = kept((0, 0, 0), (passed_us, x_mm10, turned_cdeg))
-        assert (found._count, found.jumps) == (count, jumps), (passed_us, x_mm10, turned_cdeg)
+        assert count_and_jumps(found) == (count, jumps), (passed_us, x_mm10, turned_cdeg)
 
 
 def test_so_many_poses_are_kept():
@@ -80,12 +94,12 @@ def test_motion_is_carried_on_by_ten_milliseconds_of_it():
 
 def test_odometry_is_tame_again_after_sixteen_good_poses():
     found = Bench().odometry
-    for _ in range(10):
-        found._begin_anew()
-    for k in range(16):
-        assert found.is_wild
-        found._keep(20000 * k, 0, 0, 0)
-    assert not found.is_wild
+    for k in range(10):  # the last one is good, too
+        keep(found, 20000 * k, known=0)
+    for k in range(10, 25):
+        assert found._ring[394]
+        keep(found, 20000 * k)
+    assert not found._ring[394]
 
 
 def heard(*messages):
@@ -98,8 +112,7 @@ def heard(*messages):
 
 def test_the_least_delay_is_forgotten_slowly():
     for passed_ms, offset_us in ((1000, 400), (8000, 3200), (8001, 3200)):
-        clock, _ = heard((0, 0))
-        clock._advance(passed_ms)
+        clock, _ = heard((0, 0), (1000 * passed_ms, 900000))
         assert clock.camera_us(0) == offset_us, passed_ms
 
 
@@ -113,20 +126,22 @@ def test_spans_of_messages():
     eighth = [(250000 * k, 0) for k in range(7)]
     for last, spans_ms, left in ((1999000, 2000, 8), (2000000, 4000, 0)):
         clock, _ = heard(*eighth, (last, 0))
-        assert (clock._span_ms, clock._messages) == (spans_ms, left), last
-    assert heard(*eighth[1:], (2250000, 0))[0]._messages == 7
+        assert (clock.items[9], clock.items[12]) == (spans_ms, left), last
+    assert heard(*eighth[1:], (2250000, 0))[0].items[12] == 7
     clock, _ = heard(*[(250000 * k, 0) for k in range(200)])
-    assert clock._span_ms == 8000
+    assert clock.items[9] == 8000
     for silence_us, left in ((32000000, 2), (32001000, 0)):
-        assert heard((0, 0), (silence_us, 0))[0]._messages == left
+        assert heard((0, 0), (silence_us, 0))[0].items[12] == left
 
 
 def learned(between_ms, grown_us, waited_us=0, late_us=0):
     clock, _ = heard((0, 0))
-    clock._last_us = clock._last_offset_us = 0
-    clock._earliest_us, clock._earliest_offset_us = 1000 * between_ms, grown_us
-    clock._waited_us, clock._late_us, clock._span_ms = waited_us, late_us, 8000
-    clock._learn(1000 * between_ms)
+    items, now_us = clock.items, 1000 * between_ms
+    items[5], items[6], items[7] = 1, 0, 0
+    items[13], items[14], items[15] = now_us, grown_us & m.COUNT_MAX, waited_us
+    items[9], items[17] = 8000, late_us
+    items[10] = items[18] = items[19] = now_us
+    clock.learn()
     return clock
 
 
@@ -143,7 +158,7 @@ def test_a_drift_is_learned_beyond_doubt_and_within_reason():
         (40000, 40000, 0, 1000),
         (40001, 40000, 0, 0),
     ):
-        assert learned(between_ms, grown_us, waited_us).drift_ppm == drift_ppm, (between_ms, grown_us)
+        assert learned(between_ms, grown_us, waited_us).drift_ppm() == drift_ppm, (between_ms, grown_us)
 
 
 def test_an_estimate_that_no_message_reaches_is_put_right():

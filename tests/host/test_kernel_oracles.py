@@ -23,6 +23,7 @@ ELSEWHERE = {
     "code_rules.code_rules": "tests/dual/test_direct_acceptance.py",
     "robust": "tests/host/test_robust_centre.py",
     "crc": "tests/dual/test_protocol.py",
+    "odometry": "tests/dual/test_odometry.py",
     "paper": "tests/host/test_paper.py",
     "cells": "tests/dual/test_cells.py",
     "cell_words": "tests/dual/test_cell_reader.py",

@@ -96,12 +96,16 @@ class Commands:
     # requests
 
     def on_message(self, number, sequence, values):
+        if number == m.ODOMETRY:  # a hundred a second
+            if sequence - self._sequence == 1:
+                self._sequence = sequence
+            else:
+                self._watch_requester(sequence)
+            self._odometry.take(values)
+            return
         if number < m.FIRST_COMMAND:
             return
         self._watch_requester(sequence)
-        if number == m.ODOMETRY:
-            self._odometry.take(values)
-            return
         if len(self._waiting) >= _WAITING:
             self.unanswered = (self.unanswered + 1) & m.COUNT_MAX
             return

@@ -52,11 +52,14 @@ class Localizer:
     tolerance_q8    how far the ring's size may contradict the marker's known height, 1/256 of it
     systematic, odometry_noise   of larics.locate.uncertainty; None: the usual ones
 
-    After `update`: state, x_mm10, y_mm10, heading_cdeg (0..35999), sigma_x_mm10, sigma_y_mm10, sigma_cdeg
-    (SIGMA_UNKNOWN when LOST), correlation_q14 of x and y, way_mm since the last measurement by odometry
-    (WAY_UNKNOWN without), age_us since then, marker_id and entry of that one (ID_NONE and -1 before the
-    first), fault (0, or why a marker of this frame was refused). carried: whether odometry told of this
-    frame; carrier.shares.doubted: whether odometry is ignored, since it contradicts the markers.
+    After `update`: state, x_mm10, y_mm10, heading_cdeg (0..35999), sigma_x_mm10, sigma_y_mm10, sigma_mm10
+    (the larger one), sigma_cdeg (all SIGMA_UNKNOWN when LOST), correlation_q14 of x and y, way_mm since the
+    last measurement by odometry (WAY_UNKNOWN without), age_us since then, marker_id and entry of that one
+    (ID_NONE and -1 before the first), fault (0, or why a marker of this frame was refused). carried: whether
+    odometry told of this frame; carrier.shares.doubted: whether odometry is ignored, since it contradicts the
+    markers.
+
+    No properties: with one, MicroPython needs five times as long for each attribute that is set.
     """
 
     def __init__(
@@ -70,6 +73,7 @@ class Localizer:
         self.age_us = COUNT_MAX
         self.marker_id = ID_NONE
         self.entry = -1
+        self.fault = 0
         self.carrier = Carrier(odometry_noise or OdometryNoise())
         self.carried = False
         self.matching = Matching(marker_map, speed_mm_s, tolerance_q8)
@@ -81,15 +85,6 @@ class Localizer:
         self._frame_us = 0
         self._fix_us = 0  # time of the last measurement
         self._know_nothing()
-
-    @property
-    def fault(self):
-        return self.matching.fault
-
-    @property
-    def sigma_mm10(self):
-        """The larger one of those of x and y."""
-        return max(self.sigma_x_mm10, self.sigma_y_mm10)
 
     def refused(self, marker_id):
         """Whether a marker with this ID was refused in the last frame."""
@@ -123,6 +118,7 @@ class Localizer:
             guess = self._guess
             self.x_mm10, self.y_mm10 = guess[0], guess[1]
             self.heading_cdeg = guess[2] % 36000
+        self.fault = self.matching.fault
         return self.state
 
     def _match(self, measurements, count, time_us, passed_us):
@@ -171,6 +167,7 @@ class Localizer:
     def _tell_carried(self):
         carrier = self.carrier
         self.sigma_x_mm10, self.sigma_y_mm10 = carrier.sigma_x_mm10, carrier.sigma_y_mm10
+        self.sigma_mm10 = max(carrier.sigma_x_mm10, carrier.sigma_y_mm10)
         self.sigma_cdeg, self.correlation_q14 = carrier.sigma_cdeg, carrier.correlation_q14
         self.way_mm = carrier.way_mm
 
@@ -184,7 +181,7 @@ class Localizer:
 
     def _tell_round(self, sigma_mm10, sigma_cdeg):
         """x and y are alike."""
-        self.sigma_x_mm10 = self.sigma_y_mm10 = sigma_mm10
+        self.sigma_mm10 = self.sigma_x_mm10 = self.sigma_y_mm10 = sigma_mm10
         self.sigma_cdeg = sigma_cdeg
         self.correlation_q14 = 0
         self.way_mm = WAY_UNKNOWN

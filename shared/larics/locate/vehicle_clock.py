@@ -6,24 +6,46 @@ estimate goes away again slowly, so that it follows clocks that drift apart; a d
 is learned. All times are in microseconds modulo 2**30. Nothing is allocated.
 """
 
+from array import array
+
 try:
     from micropython import const
 except ImportError:
     from larics._cpython import const
 
+from larics.kernels.odometry import hear
 from larics.wire.messages import COUNT_MAX
 
-_LEAK_PPM = const(400)  # above what crystals drift
+_KNOWN = const(0)  # items as in kernels.odometry
+_OFFSET_US = const(1)
+_DRIFT_PPM = const(4)
+_HAS_LAST = const(5)
+_LAST_US = const(6)
+_LAST_OFFSET_US = const(7)
+_LAST_WAITED_US = const(8)
+_SPAN_MS = const(9)
+_BEGAN_US = const(10)
+_BEGAN_OFFSET_US = const(11)
+_MESSAGES = const(12)
+_EARLIEST_US = const(13)
+_EARLIEST_OFFSET_US = const(14)
+_WAITED_US = const(15)
+_LEAST_US = const(16)
+_LATE_US = const(17)
+_ARRIVED_US = const(18)
+_SENT_US = const(19)
+_READ_US = const(20)
+_ITEMS = const(21)
+SPAN_OVER = const(2)  # what hear() gives
 _FASTEST_PPM = const(20000)
 _LEAP_US = const(1000000)  # no clock drifts, and no message waits, for so long
 _FIRST_SPAN_MS = const(2000)  # of messages whose earliest one shows the drift; doubled ...
 _LONGEST_SPAN_MS = const(8000)  # ... up to this
 _DOUBT_US = const(6000)  # what else than waiting may feign a drift
-_LATE_US = const(3000)  # more than the earliest of a longest span waits
-_LEAST = const(8)  # messages in a span
+_MOST_LATE_US = const(3000)  # more than the earliest of a longest span waits
 
 
-def signed_us(difference):
+def _signed_us(difference):
     """A difference of times modulo 2**30 as -2**29 .. 2**29 - 1."""
     difference &= COUNT_MAX
     return difference - COUNT_MAX - 1 if difference > COUNT_MAX >> 1 else difference
@@ -37,94 +59,70 @@ def later_us(time_us, passed_us):
 
 
 class VehicleClock:
-    """`hear` every message, then `camera_us`. `drift_ppm`: how much faster the camera's clock runs."""
+    """`hear` every message, then `camera_us`.
+
+    items   as kernels.odometry has them"""
 
     def __init__(self):
-        self.forget()
+        self.items = array("i", [0] * _ITEMS)
+
+    def drift_ppm(self):
+        """How much faster the camera's clock runs."""
+        return self.items[_DRIFT_PPM]
 
     def forget(self):
         """Nothing is known of the vehicle's clock."""
-        self.known = False
-        self.drift_ppm = 0
-        self._offset_us = 0
-        self._rest_ns = 0
-        self._heard_us = 0
-        self._last_us = self._last_offset_us = -1  # the earliest message of the span before
-        self._last_waited_us = 0
-        self._span_ms = _FIRST_SPAN_MS
-        self._begin_span(0, 0)
-
-    def _begin_span(self, now_us, offset_us):
-        self._began_us, self._began_offset_us = now_us, offset_us
-        self._messages = 0
-        self._earliest_us = self._earliest_offset_us = self._waited_us = 0
-        self._least_us = _LEAP_US  # by which a message was late, against the span's beginning and the drift
-        self._late_us = _LEAP_US  # ... against the estimate
+        self.items[_KNOWN] = self.items[_DRIFT_PPM] = 0
 
     def hear(self, arrived_us, sent_us, waited_us):
         """Takes a message: when it was read on the camera's clock, less its time on the line; when it was
         sent on the vehicle's; and for how long it may have waited to be read.
 
-        False when the two clocks leapt apart: they say nothing of each other any more."""
-        offset_us = (arrived_us - sent_us) & COUNT_MAX
-        if not self.known:
-            self.known = True
-            self._offset_us = offset_us
-            self._heard_us = arrived_us
-            self._begin_span(arrived_us, offset_us)
-        passed_ms = max(0, signed_us(arrived_us - self._heard_us)) // 1000
-        self._heard_us = later_us(self._heard_us, passed_ms * 1000)
-        self._advance(passed_ms)
-        late_us = signed_us(offset_us - self._offset_us)
-        if abs(late_us) > _LEAP_US:
-            return False
-        if late_us < 0:
-            self._offset_us = offset_us
-            late_us = 0
-        self._late_us = min(self._late_us, late_us)
-        self._messages += 1
-        span_ms = max(0, signed_us(arrived_us - self._began_us)) // 1000
-        if span_ms > 4 * _LONGEST_SPAN_MS:  # a long silence says nothing of the drift
-            self._last_us = -1
-            self._begin_span(arrived_us, offset_us)
-            return True
-        against_us = signed_us(offset_us - self._began_offset_us) - span_ms * self.drift_ppm // 1000
-        if against_us < self._least_us:
-            self._least_us = against_us
-            self._earliest_us, self._earliest_offset_us = arrived_us, offset_us
-            self._waited_us = waited_us
-        if span_ms >= self._span_ms and self._messages >= _LEAST:
-            self._learn(arrived_us)
-            self._begin_span(arrived_us, offset_us)
-        return True
+        False when the two clocks leapt apart: what was known of them before is forgotten."""
+        items = self.items
+        items[_ARRIVED_US], items[_SENT_US] = arrived_us, sent_us
+        items[_READ_US] = waited_us
+        found = hear(0, 0, self.items)
+        if found == SPAN_OVER:
+            self.learn()
+        return found != 0
 
-    def _advance(self, passed_ms):
-        """The offset grows with the drift, and by the leak, which makes room for a later least delay."""
-        grown_ns = min(passed_ms, _LONGEST_SPAN_MS) * (self.drift_ppm + _LEAK_PPM) + self._rest_ns
-        self._rest_ns = grown_ns % 1000
-        self._offset_us = later_us(self._offset_us, grown_ns // 1000)
+    def learn(self):
+        """A span of messages is over: the drift is the slope between its earliest one and that of the span
+        before, where it is beyond doubt."""
+        items = self.items
+        arrived_us, offset_us = items[_ARRIVED_US], (items[_ARRIVED_US] - items[_SENT_US]) & COUNT_MAX
+        if _signed_us(arrived_us - items[_BEGAN_US]) // 1000 <= 4 * _LONGEST_SPAN_MS:
+            self._learn_drift(arrived_us)
+        else:
+            items[_HAS_LAST] = 0  # a long silence says nothing of the drift
+        items[_BEGAN_US], items[_BEGAN_OFFSET_US] = arrived_us, offset_us
+        items[_MESSAGES] = items[_EARLIEST_US] = items[_EARLIEST_OFFSET_US] = items[_WAITED_US] = 0
+        items[_LEAST_US] = items[_LATE_US] = _LEAP_US
 
-    def _learn(self, now_us):
-        """The drift is the slope between the earliest messages of two spans, where it is beyond doubt."""
-        last_us, last_offset_us = self._last_us, self._last_offset_us
-        doubt_us = _DOUBT_US + max(self._waited_us, self._last_waited_us)
-        self._last_us, self._last_offset_us = self._earliest_us, self._earliest_offset_us
-        self._last_waited_us = self._waited_us
-        between_ms = signed_us(self._earliest_us - last_us) // 1000
-        if last_us >= 0 and 0 < between_ms <= 5 * _LONGEST_SPAN_MS:
-            grown_us = signed_us(self._earliest_offset_us - last_offset_us)
-            if abs(grown_us - between_ms * self.drift_ppm // 1000) > doubt_us:
-                drift_ppm = max(-_LEAP_US, min(_LEAP_US, grown_us)) * 1000 // between_ms
-                self.drift_ppm = max(-_FASTEST_PPM, min(_FASTEST_PPM, drift_ppm))
-                since_ms = signed_us(now_us - self._earliest_us) // 1000
-                self._offset_us = later_us(self._earliest_offset_us, since_ms * self.drift_ppm // 1000)
-                self._span_ms = _FIRST_SPAN_MS
-                return
-        if self._span_ms < _LONGEST_SPAN_MS:
-            self._span_ms *= 2
-        elif self._late_us > _LATE_US + self._waited_us:  # not one message was as early as expected
-            self._offset_us = later_us(self._offset_us, self._late_us)
+    def _learn_drift(self, now_us):
+        items = self.items
+        earliest_us, earliest_offset_us = items[_EARLIEST_US], items[_EARLIEST_OFFSET_US]
+        waited_us, drift_ppm = items[_WAITED_US], items[_DRIFT_PPM]
+        doubt_us = _DOUBT_US + max(waited_us, items[_LAST_WAITED_US])
+        between_ms = _signed_us(earliest_us - items[_LAST_US]) // 1000
+        grown_us = _signed_us(earliest_offset_us - items[_LAST_OFFSET_US])
+        comparable = items[_HAS_LAST] and 0 < between_ms <= 5 * _LONGEST_SPAN_MS
+        items[_HAS_LAST] = 1
+        items[_LAST_US], items[_LAST_OFFSET_US] = earliest_us, earliest_offset_us
+        items[_LAST_WAITED_US] = waited_us
+        if comparable and abs(grown_us - between_ms * drift_ppm // 1000) > doubt_us:
+            drift_ppm = max(-_LEAP_US, min(_LEAP_US, grown_us)) * 1000 // between_ms
+            drift_ppm = max(-_FASTEST_PPM, min(_FASTEST_PPM, drift_ppm))
+            since_ms = _signed_us(now_us - earliest_us) // 1000
+            items[_DRIFT_PPM] = drift_ppm
+            items[_OFFSET_US] = later_us(earliest_offset_us, since_ms * drift_ppm // 1000)
+            items[_SPAN_MS] = _FIRST_SPAN_MS
+        elif items[_SPAN_MS] < _LONGEST_SPAN_MS:
+            items[_SPAN_MS] *= 2
+        elif items[_LATE_US] > _MOST_LATE_US + waited_us:  # not one message was as early as expected
+            items[_OFFSET_US] = later_us(items[_OFFSET_US], items[_LATE_US])
 
     def camera_us(self, vehicle_us):
         """A time of the vehicle's clock on the camera's."""
-        return later_us(vehicle_us, self._offset_us)
+        return later_us(vehicle_us, self.items[_OFFSET_US])

@@ -5,16 +5,21 @@ classes own fixed buffers and allocate nothing per byte or per message.
 """
 
 import struct
+from array import array
 
 try:
     from micropython import const
-except ImportError:
-    from larics._cpython import const
 
-from larics.wire.framing import LIMIT, OVERHEAD, is_intact, seal
+    from larics.kernels.stream import unpack, unstuff
+except ImportError:
+    from larics._cpython import const, unstuff
+
+    unpack = None
+
+from larics.wire.framing import CRC_TABLE, LIMIT, OVERHEAD, seal
 from larics.wire.layouts import LAYOUTS
 from larics.wire.messages import *  # noqa: F403  (this module is the entry to the wire: type numbers and codes)
-from larics.wire.messages import COUNT_MAX, INFO, STATUS, VERSION
+from larics.wire.messages import COUNT_MAX, FIRST_COMMAND, INFO, STATUS, VERSION
 
 # generated: begin indices (tools/make_protocol.py)
 _INFO_BOOT = const(1)
@@ -34,6 +39,15 @@ _SIZES = const(1)
 _LOWS = const(2)
 _HIGHS = const(3)
 _BODY = const(4)
+_PLACE = const(0)  # items as in kernels.stream
+_WHOLE = const(3)
+_WELL = const(1)
+_EMPTY = const(2)
+_OVER_LONG = const(3)
+_COBS = const(4)
+_SHORT = const(5)
+_WRONG_CRC = const(6)
+_OTHER_VERSION = const(7)
 
 _named = {}  # type: (name, fields), for people and messages to them
 
@@ -60,6 +74,17 @@ def name(number):
 def frame_size(number):
     """Bytes of a type's frame on the line, always the same."""
     return LAYOUTS[number][_BODY] + _HEADER + OVERHEAD
+
+
+def ranges_of(layout):
+    """The fields of a layout without byte fields as kernels.stream.unpack wants them."""
+    codes, sizes, lows, highs, _ = layout
+    ranges = array("i", [0] * (4 * len(sizes)))
+    for k in range(len(sizes)):
+        ranges[4 * k] = sizes[k]
+        ranges[4 * k + 1] = int(codes[k] >= _LOWER)
+        ranges[4 * k + 2], ranges[4 * k + 3] = abs(lows[k]), highs[k]  # only signed ones are negative
+    return ranges
 
 
 class Encoder:
@@ -179,9 +204,14 @@ class Decoder:
         for number, layout in LAYOUTS.items():
             pairs = zip(layout[_SIZES], layout[_CODES])
             self._values[number] = [bytearray(size) if code == _BYTES else 0 for size, code in pairs]
+        self._ranges = {}  # of what a board receives, as kernels.stream.unpack wants them
+        self._stream = array("i", (0, 0, 1, 0))
+        for number in LAYOUTS:
+            if number >= FIRST_COMMAND:
+                self._values[number] = array("i", self._values[number])
+                if unpack:
+                    self._ranges[number] = ranges_of(LAYOUTS[number])
         self._message = bytearray(LIMIT + 1)
-        self._size = -1  # bytes of the message so far; -1 before its first COBS byte
-        self._left = 0  # bytes until the next COBS byte; -1 while an over-long frame is skipped
         self._sequence = -1
         self._boot = -1
         self._doubtful = 0  # missing at the last step past 65535 since the boot number was heard
@@ -189,63 +219,61 @@ class Decoder:
 
     def feed(self, buffer, count):
         """Takes buffer[:count]; the work per byte is bounded, and no byte is looked at twice."""
-        message = self._message
-        size, left = self._size, self._left
-        for index in range(count):
-            byte = buffer[index]
-            if byte == 0:
-                self._size, self._left = -1, 0  # before the callback, in case it raises
-                self._finish(size, left)
-                size, left = -1, 0
-            elif left > 0:
-                message[size] = byte
-                size += 1
-                left -= 1
-            elif left == 0:
-                if size < 0:
-                    size = 0
-                else:
-                    message[size] = 0
-                    size += 1
-                left = byte - 1
-                if size + left > LIMIT:
-                    left = -1
-        self._size, self._left = size, left
+        message, stream = self._message, self._stream
+        stream[_PLACE] = 0
+        while stream[_PLACE] < count:
+            found = unstuff(0, 0, buffer, message, stream, count, CRC_TABLE)
+            if found == _WELL:
+                self._deliver(stream[_WHOLE])
+            elif found:
+                self._count_bad(found)
 
-    def _finish(self, size, left):
+    def _count_bad(self, found):
+        counters = self.counters
+        if found == _EMPTY:
+            counters.empty = (counters.empty + 1) & COUNT_MAX
+        elif found == _OVER_LONG:
+            counters.over_long = (counters.over_long + 1) & COUNT_MAX
+        elif found == _COBS:
+            counters.cobs = (counters.cobs + 1) & COUNT_MAX
+        elif found == _SHORT:
+            counters.length = (counters.length + 1) & COUNT_MAX
+        elif found == _WRONG_CRC:
+            counters.crc = (counters.crc + 1) & COUNT_MAX
+        else:
+            counters.version = (counters.version + 1) & COUNT_MAX
+
+    def _deliver(self, size):
         counters = self.counters
         message = self._message
-        if size < 0:
-            counters.empty = (counters.empty + 1) & COUNT_MAX
-        elif left < 0:
-            counters.over_long = (counters.over_long + 1) & COUNT_MAX
-        elif left > 0:
-            counters.cobs = (counters.cobs + 1) & COUNT_MAX
-        elif size < _HEADER + _CRC:
-            counters.length = (counters.length + 1) & COUNT_MAX
-        elif not is_intact(message, size):
-            counters.crc = (counters.crc + 1) & COUNT_MAX
-        elif message[0] != VERSION:
-            counters.version = (counters.version + 1) & COUNT_MAX
+        sequence = message[2] | message[3] << 8
+        if sequence and sequence == self._sequence + 1:
+            self._sequence = sequence
         else:
-            sequence = message[2] | message[3] << 8
             self._count_gap(sequence)
-            number = message[1]
-            layout = LAYOUTS.get(number)
-            if layout is None:
-                counters.unknown = (counters.unknown + 1) & COUNT_MAX
-            elif size != layout[_BODY] + _HEADER + _CRC:
-                counters.length = (counters.length + 1) & COUNT_MAX
-            elif not self._unpack(layout, self._values[number]):
-                counters.out_of_range = (counters.out_of_range + 1) & COUNT_MAX
-            else:
-                counters.messages = (counters.messages + 1) & COUNT_MAX
-                values = self._values[number]
-                if number == INFO:
-                    self._hear_boot(values[_INFO_BOOT], sequence)
-                elif number == STATUS:
-                    self._hear_boot(values[_STATUS_BOOT], sequence)
-                self._on_message(number, sequence, values)
+        number = message[1]
+        layout = LAYOUTS.get(number)
+        if layout is None:
+            counters.unknown = (counters.unknown + 1) & COUNT_MAX
+            return
+        if size != layout[_BODY] + _HEADER + _CRC:
+            counters.length = (counters.length + 1) & COUNT_MAX
+            return
+        values = self._values[number]
+        ranges = self._ranges.get(number)
+        if ranges is None:
+            is_good = self._unpack(layout, values)
+        else:
+            is_good = unpack(message, 0, ranges, values, len(values), _HEADER)
+        if not is_good:
+            counters.out_of_range = (counters.out_of_range + 1) & COUNT_MAX
+            return
+        counters.messages = (counters.messages + 1) & COUNT_MAX
+        if number == INFO:
+            self._hear_boot(values[_INFO_BOOT], sequence)
+        elif number == STATUS:
+            self._hear_boot(values[_STATUS_BOOT], sequence)
+        self._on_message(number, sequence, values)
 
     def _count_gap(self, sequence):
         counters = self.counters

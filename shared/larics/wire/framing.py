@@ -70,12 +70,3 @@ def seal(frame, end):
         frame[code] = end - code
         frame[end] = 0
     return end + 1
-
-
-def is_intact(message, size):
-    """True when the last four of message[:size] are the CRC of the bytes before them."""
-    end = size - 4
-    crc = crc_halves(message, 0, end)
-    return (
-        message[end] | message[end + 1] << 8 == crc[0] and message[end + 2] | message[end + 3] << 8 == crc[1]
-    )

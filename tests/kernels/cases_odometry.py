@@ -1,0 +1,70 @@
+"""Calls of the kernels in larics.kernels.odometry."""
+
+from array import array
+
+from larics.locate.odometry import Odometry
+from larics.wire.messages import COUNT_MAX
+
+
+class _Drive:
+    """A vehicle whose messages come late by chance, whose clock runs 1 % fast, and that jumps at times."""
+
+    def __init__(self, random):
+        self.random = random
+        self.now_us = 1000000
+        self.odometry = Odometry(lambda: self.now_us & COUNT_MAX, 2604)
+        self.values = array("i", [COUNT_MAX - 500000, 1000, -3000, 9000, 0, 0, 0])
+
+    def step(self):
+        """Arguments for a message that is about to be admitted; the drive itself takes it, too."""
+        values, random = self.values, self.random
+        step_us = 20000 + 3000000 * (random.below(40) == 0)
+        self.now_us += step_us
+        values[0] = (values[0] + step_us * 101 // 100) & COUNT_MAX
+        values[2] += random.between(-50, 200) + 300000 * (random.below(30) == 0)
+        values[4] = (values[4] + random.between(-300, 300)) % 36000
+        values[5] = (values[5] + (random.below(40) == 0)) & 255
+        values[1] = 1200000 if random.below(30) == 0 else 1000
+        now_us = self.now_us + 4000 + random.below(16000)
+        known = copied(values), copied(self.odometry._ring), copied(self.odometry.clock.items)
+        before, self.now_us = self.now_us, now_us
+        self.odometry.take(values)
+        self.now_us = before
+        return known + (now_us & COUNT_MAX,)  # noqa: RUF005  (MicroPython has no stars in tuples)
+
+
+def copied(items):
+    return array("i", items)
+
+
+def admit(random):
+    drive = _Drive(random)
+    for _ in range(60):
+        values, ring, clock, now_us = drive.step()
+        yield 0, 0, values, ring, clock, now_us
+
+
+def hear(random):
+    drive = _Drive(random)
+    for number in range(900):
+        drive.step()
+        if number % 15 == 0:
+            yield 0, 0, copied(drive.odometry.clock.items)
+
+
+def settle(random):
+    drive = _Drive(random)
+    for _ in range(60):
+        values, ring, clock, now_us = drive.step()
+        yield 0, 0, values, ring, clock, now_us, int(random.below(10) > 0)
+
+
+def pose_at(random):
+    drive = _Drive(random)
+    for _ in range(60):
+        drive.step()
+        time_us = (drive.now_us + random.between(-150000, 260000)) & COUNT_MAX
+        yield 0, 0, copied(drive.odometry._ring), time_us, array("i", [0] * 7)
+
+
+CASES = {"admit": admit, "hear": hear, "settle": settle, "pose_at": pose_at}
