@@ -179,8 +179,9 @@ class NoFit:
 class Endless:
     """Candidates without an end."""
 
-    def __init__(self, items):
+    def __init__(self, items, clear=False):
         self.items = items
+        self.clear = clear
         self.asked = 0
 
     def best(self, frame, rings, passes_over):
@@ -220,10 +221,10 @@ def test_how_often_it_fits_and_for_how_many_candidates():
     assert rings.turns[4:] == [2]
 
 
-def fits(lost, sparing=False, few_fits=False, recognizes=False):
+def fits(lost, sparing=False, few_fits=False, recognizes=False, clear=False):
     """How many candidates and fits it takes when each fit is lost like this."""
     reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
-    reader.candidates = candidates = Endless(reader.candidates.items)
+    reader.candidates = candidates = Endless(reader.candidates.items, clear)
     reader.rings = rings = NoFit(lost)
     reader._recognizes = recognizes
     reader.examine(None, sparing, few_fits)
@@ -236,6 +237,8 @@ def test_how_often_it_fits_what_is_no_marker():
     assert fits((LOST_ON_THE_WAY, LOST_FOR_GOOD)) == (2, 3)
     assert fits((LOST_ON_THE_WAY,), sparing=True) == (1, 3)
     assert fits((LOST_ON_THE_WAY,), sparing=True, few_fits=True) == (1, 2)
+    assert fits((LOST_ON_THE_WAY,), sparing=True, clear=True) == (1, 2)
+    assert fits((LOST_ON_THE_WAY,), clear=True) == fits((LOST_ON_THE_WAY,)) == (2, 4)
     assert fits((LOST_ON_THE_WAY,), recognizes=True) == (2, 5)  # what was read before is not to go short
 
 

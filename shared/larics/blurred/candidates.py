@@ -44,13 +44,14 @@ class Candidates:
 
     items    array('i') of the candidates' items (kernels.layouts: CANDIDATE), which lie where `best` says
     places   what was examined in the last frames, and how that ended
+    clear    whether the frame has contrast
     """
 
     def __init__(self):
         self.items = array("i", bytes(4 * _ITEMS * _CAPACITY))
         self.places = Places()
         self._count = 0
-        self._clear = self._passes_over = False
+        self.clear = self._passes_over = False
 
     def memory(self):
         """Bytes of the buffers."""
@@ -64,7 +65,7 @@ class Candidates:
         """Keeps a candidate, unless one of its size nearby came as far; equals are ranked by their votes.
 
         clear: whether the frame has contrast; then less is forgiven."""
-        self._clear = clear
+        self.clear = clear
         self._count = kernels.remember(
             self.items, 0, 0, self._count, _CAPACITY, (_RANKS[verdict] << 16) + votes, x_q8 + _BIAS,
             y_q8 + _BIAS, radius_min_q8, radius_max_q8, verdict,
@@ -129,7 +130,7 @@ class Candidates:
         """Dismisses what may be but another view, from beside them, of the rings of the one taken.
 
         Noise may show the better view second: only where the frame has contrast."""
-        if self._clear:
+        if self.clear:
             self._dismiss(taken, self.items[taken + LEAST_Q8], 0)
 
     def dismiss_judged(self, taken, radius_q8):
@@ -160,7 +161,7 @@ class Candidates:
             return  # it was seen well enough
         if self._passes_over and items[slot + _KIND] == REJECTED:
             return
-        least = _LEAST_SCORE_CLEAR if self._clear else _LEAST_SCORE
+        least = _LEAST_SCORE_CLEAR if self.clear else _LEAST_SCORE
         if items[slot + LEAST_Q8] < _SMALL_Q8:
             least = _LEAST_SCORE_SMALL
         items[slot + SCORE] = rings.coarse(

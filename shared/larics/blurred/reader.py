@@ -82,13 +82,13 @@ class BlurModelReader:
     def examine(self, frame, sparing, few_fits=False):
         """The verdict on the candidate whose rings look most like rings, of those that were not read last.
 
-        sparing: one is examined and no more, and what was rejected lately is passed over; few_fits: it is
-        fitted twice at most. ACCEPTED, ID_UNCERTAIN or what speaks against it; NO_RADIUS without a
-        candidate."""
+        sparing: one is examined and no more, and what was rejected lately is passed over; it is fitted twice
+        at most where the frame has contrast, or with few_fits. ACCEPTED, ID_UNCERTAIN or what speaks against
+        it; NO_RADIUS without a candidate."""
         candidates = self.candidates
         verdict = verdicts.NO_RADIUS
         has_read = self._recognizes
-        self._fits_left = _FEW_FITS if few_fits else _FITS
+        self._fits_left = _FEW_FITS if few_fits or sparing and candidates.clear else _FITS
         for _ in range(1 if sparing else _TRIES):
             slot = candidates.best(frame, self.rings, sparing)
             if slot < 0:
