@@ -78,6 +78,12 @@ class Lines:
         for position in range(8):
             self.put(position, layouts.POSITION_LEVEL, grey)
 
+    def brighten(self, position, grey, brighter):
+        """Light on a position and the one beside it; the mean is as if it lay on the one alone."""
+        self.put(position, layouts.POSITION_LEVEL, grey + brighter)
+        self.put(position + 1, layouts.POSITION_LEVEL, grey + brighter)
+        self.put(0, layouts.POSITION_LEVEL, grey - brighter)
+
 
 def rings_verdict(rings, acceptance=None, low_q8=RADIUS_Q8, high_q8=RADIUS_Q8):
     return (acceptance or Acceptance(allowed(ALL), 0)).rings(rings, low_q8, high_q8)
@@ -398,6 +404,20 @@ def test_what_crosses_an_empty_bit_may_hide_a_line():
         assert code_verdict(lines)[0] == expected, (rough, elsewhere)
 
 
+def test_a_patch_on_an_empty_bit_may_hide_a_line():
+    for beside, brighter, expected in (
+        ((0, 0), 25, verdicts.ACCEPTED),
+        ((0, 0), 26, verdicts.ID_UNCERTAIN),
+        ((1, 0), 26, verdicts.ACCEPTED),
+        ((0, 1), 26, verdicts.ACCEPTED),
+    ):
+        lines = Lines(5)
+        lines.put(3, layouts.POSITION_LEVEL, 500 + beside[0])
+        lines.put(5, layouts.POSITION_LEVEL, 500 + beside[1])
+        lines.put(4, layouts.POSITION_LEVEL, 500 + brighter)
+        assert code_verdict(lines)[0] == expected, (beside, brighter)
+
+
 def test_glare_takes_the_belief_from_an_empty_bit():
     told, doubt = verdicts.ACCEPTED, verdicts.ID_UNCERTAIN
     for light, brighter, depth, expected in (
@@ -414,7 +434,7 @@ def test_glare_takes_the_belief_from_an_empty_bit():
     ):
         lines = Lines(5)
         lines.light(light)
-        lines.put(4, layouts.POSITION_LEVEL, light + brighter)
+        lines.brighten(4, light, brighter)
         lines.deepen(4, depth)
         assert code_verdict(lines)[0] == expected, (light, brighter, depth)
     lines = Lines(5)  # a line that is seen may glare
@@ -441,7 +461,7 @@ def test_an_empty_bit_on_clipped_white_needs_a_strong_ring_and_is_never_sure():
     ):
         lines = Lines(5)
         lines.light(grey)
-        lines.put(4, layouts.POSITION_LEVEL, grey + brighter)
+        lines.brighten(4, grey, brighter)
         lines.deepen(4, depth)
         rings = Rings()
         rings.inner_means[16 + 8] = area

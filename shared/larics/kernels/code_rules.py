@@ -48,6 +48,7 @@ _ROUGH_MOST = const(120)  # mean square of what lies on a 0, 7168 = as deep as a
 _ROUGH_NOISE = const(3)  # lies where no bit is: something crosses it, and hides a line as well
 _GLARE_MOST = const(130)  # a position that much brighter than the mean may have lost its line,
 _SPOT_MOST = const(50)  # or that much brighter than the third brightest, if it is bright at all:
+_BUMP_MOST = const(25)  # or so much brighter than both places beside it: a patch of white, or of light
 _HIGH = const(900)  # where tone curves flatten what the light leaves of a line
 _BRIGHT = const(25)  # a 0 there that is so much brighter than the mean, if not quite empty,
 _BRIGHT_DEPTH = const(5)
@@ -170,6 +171,10 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
         if near > half:
             half = near
         bright = int(code[slot + _POSITION_LEVEL])
+        bump = bright - int(code[slot - _POSITION_ITEMS + _POSITION_LEVEL])
+        glare = bright - int(code[slot + _POSITION_ITEMS + _POSITION_LEVEL])
+        if glare < bump:
+            bump = glare
         glare = bright - level
         if glare < 0:
             glare = 0
@@ -194,7 +199,7 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
             else:
                 rules[rule] = depth - one_least + _BIAS
                 rules[rule + 1] = _ONE_DOUBT
-        elif depth > own_zero_most or glare > _GLARE_MOST:
+        elif depth > own_zero_most or glare > _GLARE_MOST or bump > _BUMP_MOST:
             doubt = 1
         elif bright > _HIGH and bright - int(light[_LIGHT_THIRD]) > _SPOT_MOST:
             doubt = 1
