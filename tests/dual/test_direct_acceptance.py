@@ -350,6 +350,9 @@ def test_limits_of_a_bit():
         rings.resize(radius_q8)
         lines = Lines(5)
         lines.stray(stray)
+        if radius_q8 == 4096:  # half as deep as the others is too pale
+            for bit in (2, 6):
+                lines.deepen(bit, 215 if depth < 200 else 340)
         lines.deepen(4, depth)
         assert code_verdict(lines, rings) == (expected, marker_id, margin), (radius_q8, depth, stray)
 
@@ -402,6 +405,23 @@ def test_what_crosses_an_empty_bit_may_hide_a_line():
         lines.put(2, layouts.POSITION_ROUGH, 7000)  # a line is rough, as seen
         lines.put(4, layouts.POSITION_ROUGH, rough)
         assert code_verdict(lines)[0] == expected, (rough, elsewhere)
+
+
+def test_a_scratch_is_paler_than_the_other_lines():
+    for deepest, depth, brighter, expected in (
+        (256, 148, 0, verdicts.ACCEPTED),
+        (256, 147, 0, verdicts.ID_UNCERTAIN),
+        (256, 147, 18, verdicts.ACCEPTED),  # 15 above the mean of all
+        (256, 147, 16, verdicts.ID_UNCERTAIN),
+        (230, 133, 0, verdicts.ACCEPTED),
+        (230, 131, 0, verdicts.ID_UNCERTAIN),
+    ):
+        lines = Lines(7)
+        lines.deepen(2, depth)
+        lines.deepen(4, deepest)
+        lines.deepen(6, deepest)
+        lines.put(2, layouts.POSITION_LEVEL, 500 + brighter)
+        assert code_verdict(lines)[0] == expected, (deepest, depth, brighter)
 
 
 def test_a_patch_on_an_empty_bit_may_hide_a_line():

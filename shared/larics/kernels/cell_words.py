@@ -31,7 +31,7 @@ _EXAMINED_MOST = const(100)  # words that are looked at, and some; others count 
 # a cell that leaves no doubt weighs 64; to be believed a word must cost that much less than the second,
 _GAP_LEAST = const(78)
 _GAP_LEAST_ALONE = const(110)  # without lines that agree,
-_GAP_LEAST_PLAIN = const(8)  # of plain markers, with lines that were read,
+_GAP_LEAST_PLAIN = const(80)  # of plain markers, with lines that were read,
 _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
 _COST_MOST_TURNED = const(80)  # that much,
 _GAP_SURE = const(288)  # for the margin of 255 so much more,

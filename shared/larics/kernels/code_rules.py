@@ -57,6 +57,8 @@ _PALE_Q8 = const(154)  # a ring beside it that has this share of the rings' mean
 _CLIPPED_DISTANCE = const(18)  # and on clipped white its margin is no more than this leaves
 _EDGE_GLARE = const(50)  # a 1 that much brighter than the mean must be darker than both its sides by
 _EDGE_LEAST = const(80)
+_PALE_ONE_Q8 = const(148)  # a 1 has this share of the deepest one's depth: a scratch is thinner than a line;
+_PALE_GLARE = const(15)  # unless light on it makes it shallower
 # edges, cables that cross and stains may pass for a line, or undo one
 _LEAST = const(24)  # area of any 1 below the darker side
 _HALF_LEAST = const(60)  # where that of a half is less, each half's below the mean of the sides;
@@ -159,6 +161,18 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
     lighter = _UNDONE
     if int(light[_LIGHT_STRAY]) <= _STRAY_MOST:
         lighter += (int(light[_LIGHT_STRAY]) * _LIGHTER_Q8) >> 8
+    pale = 0
+    slot = 2 * _POSITION_ITEMS
+    while slot < 8 * _POSITION_ITEMS:
+        depth = (
+            int(code[slot + _POSITION_NEAR_MEAN]) + int(code[slot + _POSITION_FAR_MEAN]) - 2 * _BIAS
+        ) >> 1
+        if depth > pale:
+            pale = depth
+        slot += 2 * _POSITION_ITEMS
+    if pale > _ONE_MOST:
+        pale = _ONE_MOST
+    pale = (pale * _PALE_ONE_Q8) >> 8
     marker_id = 0
     doubt = 0
     bit = 1
@@ -189,6 +203,8 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
             near = int(code[slot + _POSITION_NEAR])
             far = int(code[slot + _POSITION_FAR])
             odd = 0
+            if depth < pale and glare < _PALE_GLARE:
+                odd = 1
             if near + far < _LEAST or (glare > _EDGE_GLARE and near + far < _EDGE_LEAST):
                 odd = 1
             if near < _LEAST or far < _LEAST:
