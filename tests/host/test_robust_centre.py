@@ -195,16 +195,18 @@ def test_a_bright_cable_over_a_ring_moves_the_centre_by_little():
 def test_errors_are_as_large_as_the_detections_say(preset):
     assert preset in PRESETS
     detector = Detector(360, 296, 25, 35, family=LARICS3)
-    centre, heading = [], []
+    centre, heading, radius = [], [], []
     for index in range(60):
         frame, truths = render_frame(preset, 70, index)
         for found in detector.detect(frame):
             truth = truths[0]
             error = np.array([found.x_q8 / 256 - truth.x_px, found.y_q8 / 256 - truth.y_px])
             if np.hypot(*error) < 3 and found.sigma_q12 > 0:
+                radius.append(found.radius_q8 / 256 - truth.radius_px)
                 centre += list(np.abs(error) * 4096 / found.sigma_q12)
                 turned = (found.heading_cdeg / 100 - truth.heading_deg + 180) % 360 - 180
                 heading.append(abs(turned) * 1000 / found.sigma_mdeg)
+    assert abs(np.median(radius)) < (0.008 if preset == "sunny" else 0.02)
     assert 0.55 < np.mean(np.array(centre) < 1) < 0.85 and np.mean(np.array(centre) < 2) > 0.87
     assert 0.45 < np.mean(np.array(heading) < 1) < 0.92 and np.mean(np.array(heading) < 2) > 0.75
 

@@ -39,6 +39,7 @@ _NO_LINE_SEEN = const(16)  # it may be hidden
 _WHITE = const(40)  # log units: a place that differs less from the white plate
 _BESIDE_LEAST_Q8 = const(179)  # of the rings' area: a sector with less is hidden, in part
 _CENTRE_MOVED_Q10 = const(40)  # by the robust fit: the orientation line is measured twice
+_BENT = const(43)  # 1/1024: by so much of the radius on average
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
 
@@ -89,7 +90,9 @@ class DirectReader:
         found.marker_id = self.acceptance.marker_id
         found.x_q8 = (rings.true_x_q10 + 2) >> 2
         found.y_q8 = (rings.true_y_q10 + 2) >> 2
-        found.radius_q8 = rings.radius_q8
+        # where rows and columns cross a ring obliquely, their middle lies within it: by (width / radius) ** 2
+        bent_q8 = (rings.radius_q8 * rings.line_q10 >> 10) * rings.line_q10 * _BENT >> 20
+        found.radius_q8 = rings.radius_q8 + bent_q8
         found.heading_cdeg = cdeg_from_turn16(-lines.angle_turn16)
         found.margin = self.acceptance.margin
         variance = uncertainty.centre_variance(self.robust, rings, None if self.is_turned else lines)
