@@ -288,9 +288,9 @@ def test_noise_is_heard_as_a_mean_within_limits():
 
 
 def test_a_short_way_tells_nothing_of_the_noise():
-    for way, legs in ((3000, 0), (3001, 1)):
+    for way, entry, legs in ((3000, 1, 0), (3001, 1, 1), (15000, 0, 0), (15001, 0, 1)):
         made, fix = carrier()
-        made._way = way
+        made._way, fix.entry = way, entry  # to another marker, and below the same one
         made.fix(fix)
         assert made._legs == legs
     for distance, learns in ((3000, False), (3001, True)):
@@ -316,3 +316,19 @@ def test_long_increments_come_in_pieces():
         odometry.x_mm10 = driven_mm10
         made.move(odometry, 20000)
         assert made.count == count, driven_mm10
+
+
+def looked(way_mm10, times):
+    """How loud the wheels are believed to be, when odometry told such a way below a marker so often."""
+    made, fix = carrier()
+    made._speed_mm_s = 2000
+    for _ in range(times):
+        fix.x_mm10 += way_mm10
+        made._odometry.x_mm10 += way_mm10
+        made._look_closely(fix)
+    return made._loud_q4
+
+
+def test_which_ways_below_a_marker_tell_that_wheels_are_quiet():
+    assert looked(2500, 3) < -50 and looked(7000, 3) < -50
+    assert looked(2499, 4) == looked(7001, 9) == looked(2500, 2) == 0  # of the shorter ones two make one

@@ -17,7 +17,7 @@ except ImportError:
 from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
 from larics.locate.motion import scaled_q14
 from larics.locate.odometry import length
-from larics.locate.odometry_shares import OdometryShares, mrad_q4
+from larics.locate.odometry_shares import OdometryShares, apart_mm10, mrad_q4
 from larics.locate.uncertainty import log2_q4, times_q4
 from larics.wire.messages import WAY_UNKNOWN
 
@@ -28,9 +28,15 @@ _LOUDEST_Q4 = const(176)  # the noise at most 2**11 times that of the settings, 
 _MOVED_Q4 = const(24)  # at most so much louder by a vehicle that was not where it was expected
 _QUIETER_Q4 = const(-64)
 _LEGS = const(6)  # over which it is averaged
+_NEAR_MM10 = const(2500)  # of way under one marker that shows the noise of the wheels, for as long as ...
+_NEAR_MOST_MM10 = const(7000)
+_NEAR_LEGS = const(2)  # ... no more legs do; so many such ways
+_NEAR_WAYS = const(3)
+_NEAR_SLACK_Q4 = const(40)  # wheels that go wrong for 0.3 s show a fifth of their noise on such a way
 _MOST = const(1 << 25)  # 1.4 m ...
 _MOST_TURN = const(1 << 27)  # ... and 41 degrees: products stay within 30 bits
-_LEARN_MM10 = const(3000)  # a shorter way teaches nothing
+_LEARN_MM10 = const(3000)  # a shorter way teaches nothing, nor does one under the same marker that is shorter
+_LEARN_AGAIN_MM10 = const(15000)  # than this: wheels go wrong for 0.3 s, and the camera's errors cancel
 _MOST_MM10 = const(7000)  # of one increment
 
 
@@ -66,6 +72,11 @@ class Carrier:
         self.way_mm = 0
         self._loud_q4 = 0  # binary logarithm of the noise against that of the model
         self._legs = 0
+        self._entry = -1  # of the last marker
+        self._near_entry = -1  # of the marker that wheels are compared under, where that began, by it ...
+        self._near_x = self._near_y = self._near_heading = 0
+        self._near_odometry_x = self._near_odometry_y = self._near_odometry_heading = 0  # ... and by odometry
+        self._near_ways = self._near_square = self._near_expected = 0
         self._odometry = None
         self._epoch = self._jumps = -1
         self._last_x = self._last_y = self._last_heading = self._last_us = 0
@@ -81,8 +92,11 @@ class Carrier:
         """A marker put the vehicle there, a Fix. Learns from it."""
         if self._odometry is None:
             return
-        if self.known and self._way > _LEARN_MM10:
+        if self.known and self._way > (_LEARN_AGAIN_MM10 if fix.entry == self._entry else _LEARN_MM10):
             self._hear_noise(fix)
+        self._entry = fix.entry
+        if self._legs <= _NEAR_LEGS:
+            self._look_closely(fix)
         self.shares.compare(fix, self._odometry, self._model.at_speed_q4(self._speed_mm_s), self._loud_q4)
         self._x0, self._y0 = fix.x_mm10, fix.y_mm10
         self._heading_q6 = fix.heading_cdeg << 6
@@ -119,6 +133,7 @@ class Carrier:
     def _forget(self):
         self.known = False
         self.shares.forget_anchor()
+        self._near_entry = -1
 
     def _carry(self, odometry, passed_ms):
         dx, dy = odometry.x_mm10 - self._last_x, odometry.y_mm10 - self._last_y
@@ -248,6 +263,46 @@ class Carrier:
             self._learn_scale(dx, dy, place)
         self._loud_q4 = max(-_LOUDEST_Q4, min(_LOUDEST_Q4, self._loud_q4 + step_q4))
         self.shares.settle(self._loud_q4)
+
+    def _look_closely(self, fix):
+        """Before there are legs to learn from: wheels that err less under a marker than the model says are
+        less noisy. The way under a marker is too short to show that they are noisier."""
+        odometry = self._odometry
+        if fix.entry == self._near_entry:
+            told_x, told_y = odometry.x_mm10 - self._near_odometry_x, odometry.y_mm10 - self._near_odometry_y
+            way = length(told_x, told_y)
+            if way < _NEAR_MM10:
+                return
+            if way <= _NEAR_MOST_MM10:
+                turn_cdeg = self._near_heading - self._near_odometry_heading
+                x, y = fix.x_mm10 - self._near_x, fix.y_mm10 - self._near_y
+                off = min(1000, apart_mm10(x, y, told_x, told_y, turn_cdeg))
+                self._compare_noise(off * off, way)
+        self._near_entry = fix.entry
+        self._near_x, self._near_y = fix.x_mm10, fix.y_mm10
+        self._near_heading, self._near_odometry_heading = fix.heading_cdeg, odometry.heading_cdeg
+        self._near_odometry_x, self._near_odometry_y = odometry.x_mm10, odometry.y_mm10
+
+    def _compare_noise(self, square, way_mm10):
+        """A way under a marker, and the square of what odometry missed at its end (0.1 mm)."""
+        noise_q4 = self._model.at_speed_q4(self._speed_mm_s)
+        expected = times_q4(way_mm10 * _WAY_NOISE_Q20 >> 10, noise_q4) >> 10  # along the way: mm2 Q4
+        tracks_q4 = min(255, (way_mm10 << 3) // (10 * self._model.half_track_mm))
+        expected = min(1 << 14, expected + expected * (tracks_q4 * tracks_q4) // 192)  # and across
+        if max(self._near_square, self._near_expected) > 1 << 21:
+            self._near_square >>= 1
+            self._near_expected >>= 1
+        self._near_square += square
+        self._near_expected += expected
+        self._near_ways += 1
+        if self._near_ways < _NEAR_WAYS:
+            return
+        found_q4 = log2_q4((self._near_square << 2) // 25 >> 2, max(1, self._near_expected >> 2))
+        most_q4 = max(found_q4 + _NEAR_SLACK_Q4, self._model.noise_q4 - noise_q4)
+        if most_q4 < self._loud_q4:
+            self._loud_q4 = most_q4
+            self._legs = max(self._legs, 1)
+            self.shares.settle(most_q4)
 
     def _learn_scale(self, dx, dy, place_q4):
         """From how far the marker lies off along the way since the last one."""

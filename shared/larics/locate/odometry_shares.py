@@ -93,6 +93,15 @@ def _product_q4(slope_q20, told):
     return (slope_q20 >> 5) * max(-_MOST_MM, min(_MOST_MM, told)) >> 11
 
 
+def apart_mm10(x, y, told_x, told_y, turn_cdeg):
+    """How far a way by odometry, turned by turn_cdeg, ends from that by the markers."""
+    turn16 = turn16_from_cdeg(turn_cdeg)
+    sin, cos = sin_q14(turn16), cos_q14(turn16)
+    x -= scaled_q14(told_x, cos) - scaled_q14(told_y, sin)
+    y -= scaled_q14(told_x, sin) + scaled_q14(told_y, cos)
+    return length(x, y)
+
+
 class OdometryShares:
     """scale, turn, drift: Share. `carry` each increment, `compare` at each marker; doubted: whether odometry
     contradicts the markers by more than wheels can, for as long as it does. model: OdometryNoise."""
@@ -195,7 +204,9 @@ class OdometryShares:
         told_x, told_y = odometry.x_mm10 - self._odometry_x, odometry.y_mm10 - self._odometry_y
         apart_cdeg = _APART_CDEG + (abs(self._turned) >> 2) + way_mm10 * 6 // 100
         fits = abs(missed_cdeg) <= min(17000, apart_cdeg)
-        fits = fits and self._apart_mm10(fix, told_x, told_y) <= _APART_MM10 + (way_mm10 >> 2)
+        x, y = fix.x_mm10 - self._x, fix.y_mm10 - self._y
+        off_mm10 = apart_mm10(x, y, told_x, told_y, self._heading - self._odometry_heading)
+        fits = fits and off_mm10 <= _APART_MM10 + (way_mm10 >> 2)
         if not self._judge(fits):
             return
         turned = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
@@ -215,14 +226,6 @@ class OdometryShares:
         ):
             self.scale.learn(told, missed_q4 + self.scale.beyond_prior_q4(told), variance_q8)
             self.scale.settle(loud_q4)
-
-    def _apart_mm10(self, fix, told_x, told_y):
-        """How far the way by odometry ends from that by the markers."""
-        turn16 = turn16_from_cdeg(self._heading - self._odometry_heading)
-        sin, cos = sin_q14(turn16), cos_q14(turn16)
-        x = fix.x_mm10 - self._x - scaled_q14(told_x, cos) + scaled_q14(told_y, sin)
-        y = fix.y_mm10 - self._y - scaled_q14(told_x, sin) - scaled_q14(told_y, cos)
-        return length(x, y)
 
     def _is_usual(self, share, told, missed_q4, variance_q8, loud_q4):
         """Whether that is no slip: within four standard deviations of what the share expects."""
