@@ -4,8 +4,10 @@
     python tools/mutate_limits.py rules localizer  those of modules whose path holds one of the words
 
 A limit is a constant of one of the modules below, or a scale in a call of `_rule`. Each change is made on a
-copy of the tree, and the tests named beside the module run on it, interpreted. Exits with 1 when a change
-survives. What is no limit (sizes of buffers, names of states, items of arrays) is left out by name.
+copy of the tree, and the tests named beside the module run on it, interpreted; before them the oracles of a
+kernel. Exits with 1 when a change survives. What is no limit (sizes of buffers, names of states, items of arrays)
+is left out by name; not tried are numbers that are held against another reader: NMEA and MAVLink against
+pynmea2 and pymavlink, larics_vehicle against its C twin.
 """
 
 import os
@@ -32,6 +34,8 @@ CARRIED = (
 )
 WIRE = ("test_protocol", "test_golden_wire", "test_encodings", "test_outbox")
 FIT = ("test_direct_limits", "test_detector")
+CELLS = ("test_cell_reader", "test_cells")
+BLURRED = ("test_blurred_limits", "test_blurred_acceptance", "test_model")
 TARGETS = {  # module -> tests of tests/dual
     "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
     "shared/larics/kernels/code_rules.py": ("test_direct_acceptance",),
@@ -72,23 +76,36 @@ TARGETS = {  # module -> tests of tests/dual
     "shared/larics/kernels/stream.py": WIRE,
     "shared/larics/wire/codec.py": WIRE,
     "shared/larics/wire/framing.py": WIRE,
-    "shared/larics/wire/mavlink.py": ("test_encodings",),
-    "shared/larics/wire/nmea.py": ("test_encodings",),
-    "shared/larics/coded/cell_reader.py": ("test_cell_reader", "test_cells"),
+    "shared/larics/coded/cell_reader.py": CELLS,
+    "shared/larics/kernels/cells.py": CELLS,
+    "shared/larics/kernels/cell_words.py": CELLS,
+    "shared/larics/kernels/robust.py": FIT,
+    "shared/larics/direct/robust_centre.py": FIT,
+    "shared/larics/direct/uncertainty.py": FIT,
+    "shared/larics/detect/edges.py": FIT,
+    "shared/larics/detect/centre_votes.py": FIT,
+    "shared/larics/detect/scales.py": FIT,
+    "shared/larics/blurred/ring_fit.py": BLURRED,
+    "shared/larics/blurred/line_fit.py": BLURRED,
+    "shared/larics/blurred/blur_model.py": BLURRED,
+    "shared/larics/blurred/uncertainty.py": BLURRED,
     "shared/larics/device/commands.py": ("test_commands", "test_firmware_link"),
     "shared/larics/device/frame_check.py": ("test_frame_check",),
     "shared/larics/device/outbox.py": ("test_outbox",),
     "shared/larics/device/raw_frame.py": ("test_commands", "test_outbox"),
     "shared/larics/device/tracking.py": ("test_direct_limits", "test_detector"),
     "shared/larics/settings/constraints.py": ("test_settings",),
-    "shared/larics_vehicle/approach.py": ("test_approach", "test_follower"),
-    "shared/larics_vehicle/odometer.py": ("test_odometer",),
     "shared/larics/detect/tracker.py": ("test_direct_limits",),
     "shared/larics/detect/confirmation.py": ("test_direct_limits",),
 }
 # changes other than of a constant: (module, text, replacement, tests)
 OTHERS = (
-    ("shared/larics/wire/messages.py", '("margin", "B"', '("margin", "H"', ("test_golden_wire",)),
+    (
+        "shared/larics/wire/messages.py",
+        '("margin", "B", "", 0, 255',
+        '("margin", "B", "", 0, 127',
+        ("test_golden_wire",),
+    ),
     (
         "shared/larics/locate/localizer.py",
         "if passed_us > self.coast_us:\n                self._lose()",
@@ -102,14 +119,29 @@ NO_LIMITS = {
     "BIAS", "MAX_MARKERS", "SECTORS", "SKIP_OUTER", "SKIP_INNER", "POSITIONS", "_RULES", "_IN_DOUBT",
     "_DISTANCES", "_HYPOTHESES", "_ITEMS", "_CAPACITY", "X_Q8", "Y_Q8", "LEAST_Q8", "MOST_Q8", "LOOKED",
     "VERDICT", "SCORE", "X_Q10", "Y_Q10", "RADIUS_Q8", "E1", "E2", "SAME", "ON_ROUTE", "AMBIGUOUS", "MISSED",
-    "UNEXPECTED", "MISREAD", "MOVED", "_NONE", "_MOST",
+    "UNEXPECTED", "MISREAD", "MOVED", "_NONE", "_MOST", "SCRATCH", "WEIGHTS", "MAX_FRAME",
 }  # fmt: skip
 CONSTANT = re.compile(r"^(_?[A-Z][A-Z0-9_]*) = const\((-?\d+)\)", re.MULTILINE)
 GENERATED = re.compile(r"# generated: begin.*?# generated: end", re.DOTALL)
 SCALE = re.compile(r"_rule\(.*, (\d+)\)")
+PARTS = ("shared", "firmware", "tests/dual", "tests/kernels")
 RUN = """
-import importlib, sys
+import copy, importlib, sys
+
+def hold_against_oracles(module):
+    from inputs import Random
+    from oracles import ORACLES
+    cases = importlib.import_module("cases_" + module).CASES
+    for name in [name for name in cases if module + "." + name in ORACLES]:
+        kernel = getattr(importlib.import_module("larics.kernels." + module), name)
+        for arguments in cases[name](Random(777)):
+            before = tuple(copy.copy(argument) for argument in arguments)
+            ORACLES[module + "." + name](before, arguments, kernel(*arguments))
+
 for name in sys.argv[1:]:
+    if name.startswith("oracles of "):
+        hold_against_oracles(name[11:])
+        continue
     module = importlib.import_module(name)
     for test in dir(module):
         if test.startswith("test_"):
@@ -139,6 +171,8 @@ def mutants(words):
     layouts = layouts_of(ROOT)
     for module, tests in TARGETS.items():
         text = (ROOT / module).read_text()
+        if "/kernels/" in module:
+            tests = ("oracles of " + pathlib.Path(module).stem, *tests)
         for what, first, last, replacement in changes_of(text, layouts):
             yield module, what, text[:first] + replacement + text[last:], tests
     for module, part, replacement, tests in OTHERS:
@@ -150,12 +184,12 @@ def mutants(words):
 
 def passes(copy, tests):
     """Whether the tests pass on a copy of the tree."""
-    found = [name for name in tests if (copy / "tests" / "dual" / (name + ".py")).is_file()]
+    found = [name for name in tests if " " in name or (copy / "tests" / "dual" / (name + ".py")).is_file()]
     environment = dict(
         os.environ,
         LARICS_KERNELS="plain",
         PYTHONDONTWRITEBYTECODE="1",
-        PYTHONPATH=os.pathsep.join(str(copy / part) for part in ("shared", "firmware", "tests/dual")),
+        PYTHONPATH=os.pathsep.join(str(copy / part) for part in PARTS),
     )
     command = [sys.executable, "-c", RUN, *found]
     try:
@@ -173,7 +207,7 @@ def main(words):
     survivors = []
     with tempfile.TemporaryDirectory() as folder:
         copy = pathlib.Path(folder)
-        for part in ("shared", "firmware", "tests/dual"):
+        for part in PARTS:
             shutil.copytree(ROOT / part, copy / part, ignore=shutil.ignore_patterns("__pycache__"))
         for tests in sorted({one[3] for one in chosen}):
             if not passes(copy, tests):

@@ -13,9 +13,11 @@ QEMU port. There one executed instruction is a virtual nanosecond, so time.ticks
 
 import argparse
 import contextlib
+import ctypes
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -91,12 +93,20 @@ def stage(folder, search, script, arguments, march):
     return ["", *paths, ".frozen"], seen, MOUNT + "/script.py"
 
 
+def _end_with_parent():
+    """Called in the emulator's process: whoever kills the runner leaves no emulator behind."""
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+
+
 @contextlib.contextmanager
 def emulator(firmware):
     """The terminal device of an emulated board."""
     command = ["qemu-system-arm", *MACHINE, "-serial", "pty", "-kernel", str(firmware)]
     try:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            preexec_fn=_end_with_parent if sys.platform == "linux" else None,
+        )  # fmt: skip
     except OSError as error:
         raise RunnerError("no emulator: %s (Debian's package qemu-system-arm)" % error) from None
     try:

@@ -122,6 +122,57 @@ def test_too_few_cells_tell_nothing():
     assert cells.decide(5) == UNKNOWN
 
 
+def test_half_of_the_cells_are_enough():
+    for outside, are_enough in ((12, True), (13, False)):
+        cells = reader()
+        show(cells, ID)
+        for cell in range(outside):
+            cells.depths[cell] = 0
+        assert bool(cells._weigh()) == are_enough
+
+
+def test_where_twenty_cells_are_white_one_of_another_tone_is_believed_by_half():
+    for outside, weight in ((4, -32), (5, 0)):
+        cells = reader()
+        show(cells, 3)
+        for cell in range(outside):
+            cells.depths[cell] = 0
+        cover(cells, [23], WHITE - 250)
+        assert cells._weigh() and cells._weights[23] - BIAS == weight, outside
+
+
+def test_a_cell_in_which_a_lamp_is_mirrored_tells_nothing():
+    for level, weight in ((1023, -64), (1024, 0)):
+        cells = reader()
+        dark = show(cells, ID)
+        white = [cell for cell in range(24) if not dark >> cell & 1][0]
+        cells.depths[24 + white] = level
+        assert cells._weigh() and cells._weights[white] - BIAS == weight, level
+
+
+def test_from_which_shade_ink_counts_as_less_dark():
+    for shade, weight in ((60, 0), (61, 20)):
+        cells = reader()
+        cell = [cell for cell in range(24) if show(cells, ID) >> cell & 1][0]
+        cells.depths[cell] = BIAS + 210
+        cells.depths[48 + cell] = WHITE - shade
+        assert cells._weigh() and cells._weights[cell] - BIAS == weight, shade
+
+
+def test_by_how_much_a_word_must_cost_less_than_the_second():
+    for lines_id, told, turned, gap in (
+        (5, ID, 0, 78),
+        (0, ID, 0, 110),  # without lines that agree
+        (5, 0, 0, 8),
+        (5, ID, 1, 78),
+    ):
+        for short, believed in ((0, 1 + told), (1, 0)):
+            weights, result = array("i", bytes(4 * 26)), array("i", (told, 0, gap - short, 0, 0))
+            weights[25] = 0 if told == 0 else 500
+            found = cell_words.believed_word(lines_id, 0, turned, weights, result)
+            assert found & 4095 == believed, (lines_id, told, turned, gap - short)
+
+
 def test_white_cells_behind_a_hidden_ring_tell_nothing():
     """Something of the plate's own tone: only the ring shows that it is there."""
     cells = reader()

@@ -8,7 +8,7 @@ from larics.direct import ring_fit, uncertainty
 from larics.direct.line_reader import LineReader
 from larics.direct.reader import DirectReader
 from larics.direct.ring_fit import RingFit
-from larics.kernels import coarse, harmonics, layouts, lines
+from larics.kernels import coarse, harmonics, layouts, lines, robust
 from larics.marker import LARICS3, verdicts
 from larics.marker.detection import Detection
 
@@ -481,3 +481,29 @@ def test_small_rings_and_uneven_light_are_told_as_less_sure():
         return uncertainty.sigma_mdeg(400, Lines, 7680)
 
     assert turned(276) == turned(236) == turned(256) < turned(290) < turned(400) == turned(112)
+
+
+def sectors(left_q10, other_q10=0, depth=400, turn=2):
+    """The work of a robust fit that has not moved yet: one sector is so far off, all others so far."""
+    work, fit = array("i", bytes(4 * layouts.ROBUST_ITEMS)), array("i", bytes(4 * layouts.FIT_ITEMS))
+    fit[layouts.FIT_AREA] = 400
+    outer, inner = [array("i", [32768 + other_q10] * 16 + [depth] * 16) for _ in range(2)]
+    outer[3] = 32768 + left_q10
+    assert robust.begin_robust(work, fit, outer, inner) == 32
+    robust.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, 683, turn)
+    return work
+
+
+def test_sectors_of_the_common_centre_count_by_their_distance():
+    for other_q10, left_q10, scale, weight in (
+        (0, 30, 8, 12),  # the least spread, five of them
+        (0, 20, 8, 36),
+        (0, 40, 8, 0),
+        (20, 85, 34, 36),  # the spread is 1.7 medians
+    ):
+        work = sectors(left_q10, other_q10)
+        assert (work[layouts.ROBUST_SCALE], work[layouts.ROBUST_WEIGHTS + 3]) == (scale, weight), left_q10
+    for left_q10, believed in ((511, 511), (600, 511), (-600, -511)):
+        assert sectors(left_q10)[layouts.ROBUST_LEFT + 3] - BIAS == believed
+    for depth, weight in ((400, 64), (200, 16), (80, 2), (40, 1), (1, 1)):
+        assert sectors(0, depth=depth)[layouts.ROBUST_BASES + 3] == weight, depth

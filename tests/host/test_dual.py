@@ -49,7 +49,7 @@ def run_dual(*modules, folder=DUAL):
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=300,
+        timeout=300 if len(command) == 1 else 3000,  # an emulated board is a hundred times slower
     )
 
 

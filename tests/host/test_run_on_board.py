@@ -8,6 +8,7 @@ import pytest
 
 from larics_host.connection.pty_pair import PtyPair
 from tests.host.test_dual import ROOT, unix_port
+from tests.host.waiting import wait_until
 
 SCRIPT = """import sys
 import lent_module
@@ -78,3 +79,28 @@ def test_what_cannot_be_run_is_told_in_one_line(options, said):
         [sys.executable, "tools/run_on_board.py", *options], cwd=ROOT, capture_output=True, text=True
     )
     assert done.returncode == 1 and said in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the emulator's end with its parent is Linux's")
+def test_a_runner_that_is_killed_leaves_no_emulator(tmp_path):
+    emulator, told = tmp_path / "qemu-system-arm", tmp_path / "pid"
+    emulator.write_text("#!/bin/sh\necho $$ > %s.new\nmv %s.new %s\nexec sleep 600\n" % (told, told, told))
+    emulator.chmod(0o755)
+    runner = subprocess.Popen(
+        [sys.executable, "tools/run_on_board.py", "--qemu", emulator, "tools/run_on_board.py"],
+        cwd=ROOT,
+        env=dict(os.environ, PATH="%s:%s" % (tmp_path, os.environ["PATH"]), MICROPYPATH=""),
+    )
+    wait_until(told.exists)
+    runner.kill()
+    runner.wait()
+    wait_until(lambda: not is_running(int(told.read_text())))
+
+
+def is_running(number):
+    """Whether the process has not ended yet."""
+    try:
+        with open("/proc/%d/stat" % number) as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
