@@ -163,7 +163,7 @@ def test_by_how_much_a_word_must_cost_less_than_the_second():
     for lines_id, told, turned, gap in (
         (5, ID, 0, 78),
         (0, ID, 0, 110),  # without lines that agree
-        (5, 0, 0, 8),
+        (5, 0, 0, 80),
         (5, ID, 1, 78),
     ):
         for short, believed in ((0, 1 + told), (1, 0)):

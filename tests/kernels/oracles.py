@@ -1114,7 +1114,7 @@ def believed_word(before, after, result):
     gap = min([second, *(costs[other] for other in costs if other != first)]) - costs[first]
     if lines_id and first == 0 < told:
         gap = cost - costs[0]
-    least = 110 if not lines_id else 78 if first else 8
+    least = 110 if not lines_id else 78 if first else 80
     if turned:
         least = 78
     quarters = 5 if first else 2
