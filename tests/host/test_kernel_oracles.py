@@ -25,6 +25,7 @@ ELSEWHERE = {
     "crc": "tests/dual/test_protocol.py",
     "odometry": "tests/dual/test_odometry.py",
     "paper": "tests/host/test_paper.py",
+    "raw": "tests/host/test_raw_frame.py",
     "cells": "tests/dual/test_cells.py",
     "cell_words": "tests/dual/test_cell_reader.py",
 }
