@@ -1,9 +1,9 @@
 """Puts the program together from a camera, a UART and the settings, whatever the board."""
 
-import gc
 import os
 import time
 
+import heap
 from actions import Actions
 from camera_watch import CameraWatch
 from faults import Faults
@@ -74,9 +74,7 @@ class App:
         self.reports = Reports(self.outbox)
         self.status = Status(boot, self, clock)
         self.loop = Loop(self, clock)
-        gc.collect()
-        if hasattr(gc, "mem_free"):  # MicroPython: main.py made it collect often while loading
-            gc.threshold(-1)
+        heap.loaded()
 
     def _start(self, camera):
         """Starts the camera; settings that do not suit the size of its frames are left at their defaults."""

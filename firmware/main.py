@@ -4,7 +4,6 @@ A program lies in one of two folders and is whole when the file `complete`, writ
 Without such a folder the program is looked for in the library (as `mip` installs it).
 """
 
-import gc
 import os
 import sys
 
@@ -53,15 +52,4 @@ def load():
     return start
 
 
-def threshold(heap_bytes):
-    """Bytes between collections while loading: what that leaves cuts up a small heap, but to look for it in a
-    large one takes longer than all the rest of the start."""
-    if heap_bytes < 320 << 10:
-        return 8192
-    if heap_bytes <= 512 << 10:
-        return 16384
-    return heap_bytes >> 3 if heap_bytes <= 2 << 20 else -1
-
-
-gc.threshold(threshold(gc.mem_free() + gc.mem_alloc()))
 load().main()

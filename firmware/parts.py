@@ -7,40 +7,23 @@ settings instead, and reported.
 import gc
 import sys
 
+import heap
+from larics.arith.fixed import forget_words
 from larics.device.sensor import Sensor
 from larics.settings import Settings
 from larics.settings.fields import DETECTOR, EXPOSURE, LOCATOR, NAVIGATOR
 from larics.wire import messages as m
 
-_SMALL_HEAP = 512 << 10
-_REBUILDING = 16384  # bytes between collections there: what building leaves would cut it up
-_TWO_DETECTORS = 1 << 20  # heap in which two fit beside the program
-_WITH_SECOND_OPINION = 160 << 10  # free bytes without which its code is not even loaded there: once loaded,
-# MicroPython never frees native code
+_WITH_SECOND_OPINION = 176 << 10  # free bytes on a small heap without which its code is not even loaded:
+# once loaded, MicroPython never frees native code
 _RESERVE = 10240  # what a detector leaves to the rest of the program there: commands, settings, a map
-
-
-def _heap_bytes():
-    """Size of MicroPython's heap; on a PC as much as one likes."""
-    return gc.mem_free() + gc.mem_alloc() if hasattr(gc, "mem_free") else 1 << 30
-
-
-def _collect_often():
-    """Lets MicroPython collect a small heap after few bytes; returns what to give to `gc.threshold`
-    afterwards, None where nothing was changed."""
-    if _heap_bytes() >= _SMALL_HEAP:
-        return None
-    before = gc.threshold()
-    gc.threshold(_REBUILDING)
-    return before
+_LEAST_RADII_PX = (0, 15, 22)  # where even less fits: rings that small need finer grids
 
 
 def _reserve():
     """Memory that the detector about to be made cannot have, where there is little."""
-    if _heap_bytes() >= _TWO_DETECTORS:
-        return None
     try:
-        return bytearray(_RESERVE)
+        return bytearray(_RESERVE) if heap.small else None
     except MemoryError:  # cut up: the detector before has left no more, either
         return None
 
@@ -61,11 +44,14 @@ class Parts:
         self.sensor = Sensor(settings, (camera.width or settings.width, camera.height or settings.height))
         self.sensor.detector = detector
         self.exposure = None
-        self._reduced = False  # whether the detector has no second opinion for want of memory
+        self._reduced = False  # whether the detector is not whole for want of memory
         if detector is None:
             self.restore(DETECTOR, leaves_reserve=True)  # most of the program is not there yet
         self.restore(LOCATOR | NAVIGATOR)
-        self._rebuild_exposure()
+        try:
+            self._rebuild_exposure()
+        except MemoryError:
+            faults.begin(m.FAULT_MEMORY)
 
     def rebuild(self, parts, leaves_reserve=True):
         """Makes those anew that are among `parts`: a sum of the parts of larics.settings.fields.
@@ -98,17 +84,29 @@ class Parts:
             self._rebuild_reduced(leaves_reserve)
 
     def _rebuild_reduced(self, leaves_reserve):
+        """A detector without second opinion; where even that does not fit, without small rings, whose fine
+        grids take most."""
         settings = self._settings
-        wanted, settings.second_opinion = settings.second_opinion, False
+        wanted = settings.second_opinion, settings.radius_min_px
+        settings.second_opinion = False
         try:
-            self._rebuild_detector(leaves_reserve)
-            self._reduced = True
+            for least_px in _LEAST_RADII_PX:
+                settings.radius_min_px = max(wanted[1], least_px)
+                if settings.radius_min_px >= settings.radius_max_px:
+                    raise MemoryError
+                try:
+                    return self._rebuild_detector(leaves_reserve)
+                except MemoryError:
+                    if least_px == _LEAST_RADII_PX[-1]:
+                        raise
+                    forget_words()
         finally:
-            settings.second_opinion = wanted
+            settings.second_opinion, settings.radius_min_px = wanted
+            self._reduced = True
 
     def restore(self, parts, leaves_reserve=False):
-        """As `rebuild`, with what there is memory for: as a last resort a detector without second opinion,
-        which is a fault that lasts until a whole one is built."""
+        """As `rebuild`, with what there is memory for: as a last resort a detector without second opinion or
+        small rings, which is a fault that lasts until a whole one is built."""
         if self.sensor.detector is not None and parts & DETECTOR:
             parts &= ~DETECTOR  # it was not given up
         if self.rebuild(parts, leaves_reserve):
@@ -126,19 +124,16 @@ class Parts:
     def _rebuild_detector(self, leaves_reserve):
         """A detector, if need be with the usual radii. Its buffers are the largest there are: on a small heap
         there is no room for them beside those of the one before, which is given up first."""
-        gc.collect()
-        threshold = _collect_often()
-        try:
-            reserve = _reserve() if leaves_reserve else None
-            if _heap_bytes() < _TWO_DETECTORS:
-                self.sensor.detector = None
-                gc.collect()
-            self._load_code()
-            self._make_detector()
-            del reserve
-        finally:
-            if threshold is not None:
-                gc.threshold(threshold)
+        reserve = _reserve() if leaves_reserve else None
+        if heap.small:
+            self.sensor.detector = None
+            gc.collect()
+        self._load_code()
+        if heap.small:
+            heap.room.clear()
+            gc.collect()
+        self._make_detector()
+        del reserve
 
     def _load_code(self):
         """Imports what a detector takes, so that its buffers lie side by side behind that."""
@@ -146,12 +141,10 @@ class Parts:
             import larics.detect.detector
 
             if self._settings.second_opinion:
-                if "larics.blurred.reader" not in sys.modules and _heap_bytes() < _TWO_DETECTORS:
-                    gc.collect()
-                    if gc.mem_free() < _WITH_SECOND_OPINION:
+                if heap.small and "larics.blurred.reader" not in sys.modules:
+                    if heap.free_bytes() < _WITH_SECOND_OPINION:
                         raise MemoryError
                 import larics.blurred.reader  # noqa: F401
-        gc.collect()
 
     def _make_detector(self):
         try:

@@ -3,6 +3,7 @@
 import os
 import sys
 
+import heap  # noqa: F401  (first of all: it keeps room for the detector)
 import larics
 import safe_mode
 from app import App

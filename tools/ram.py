@@ -19,7 +19,8 @@ from larics_host.flash import build  # noqa: E402
 MARCH = "armv7emsp"
 # loaded with the usual settings: not what other settings, cameras or commands ask for
 NOT_LOADED = (
-    "cameras/", "larics/boards", "larics/detect/paper", "larics/kernels/paper", "larics/locate/localizer",
+    "cameras/", "larics/boards", "larics/detect/paper", "larics/kernels/paper", "larics/kernels/raw",
+    "larics/locate/localizer",
     "larics/locate/carrier", "larics/locate/navigator", "larics/locate/marker_map", "larics/locate/motion",
     "larics/locate/noise", "larics/locate/route", "larics/locate/uncertainty", "larics/wire/mavlink",
     "larics/wire/messages", "larics/wire/nmea",

@@ -7,7 +7,8 @@ from binascii import crc32
 from board_parts import Clock, Uart, make_app, marker
 
 import actions
-import parts
+import heap
+from larics.arith import fixed
 from larics.device.raw_frame import RawSender
 from larics.settings import field
 from larics.wire import codec as protocol
@@ -99,7 +100,7 @@ def test_without_memory_for_the_detector_before_it_goes_on_without_second_opinio
     program.run(300)
     app = program.app
     real = app.parts.sensor.rebuild
-    parts._TWO_DETECTORS = 1 << 30  # as on a small heap: the one before is given up first
+    heap.small = True  # as on a small heap: the one before is given up first
 
     def tight(wanted, settings=None):
         """As if the heap had been cut up: of detectors, only one without second opinion fits."""
@@ -115,9 +116,38 @@ def test_without_memory_for_the_detector_before_it_goes_on_without_second_opinio
     program.run(500)
     assert program.frames() > before + 20
     app.parts.sensor.rebuild = real
-    parts._TWO_DETECTORS = 1 << 20
+    heap.small = False
     assert program.set("margin_min", 20) == (m.ACK, 0)  # there is memory again: the fault is over
     assert not app.faults.active and app.settings.margin_min == 20
+
+
+def test_without_memory_for_fine_grids_it_goes_on_without_small_rings():
+    program = Program({"radius_min_px": 10})
+    program.run(300)
+    app = program.app
+    real = app.parts.sensor.rebuild
+    cells = len(fixed._kept["cells"])
+
+    def tight(wanted, settings=None):
+        if wanted & 1 and app.settings.radius_min_px < 15:
+            raise MemoryError
+        real(wanted, settings)
+
+    app.parts.sensor.rebuild = tight
+    heap.small = True
+    assert program.set("margin_min", 20) == (m.NACK, m.NACK_MEMORY)
+    heap.small = False
+    assert app.faults.active == 1 << m.FAULT_MEMORY
+    assert app.settings.second_opinion and app.settings.radius_min_px == 10
+    detector = app.parts.sensor.detector._detector
+    assert detector.blur_reader is None and detector._scales[0].radius_min_q8 == 15 << 8
+    assert len(fixed._kept["cells"]) < cells
+    before = program.frames()
+    program.run(500)
+    assert program.frames() > before + 20
+    app.parts.sensor.rebuild = real
+    assert program.set("margin_min", 20) == (m.ACK, 0) and not app.faults.active
+    assert app.parts.sensor.detector._detector._scales[0].radius_min_q8 == 10 << 8
 
 
 def test_when_the_heap_is_too_cut_up_for_any_detector_the_board_restarts():
@@ -129,9 +159,9 @@ def test_when_the_heap_is_too_cut_up_for_any_detector_the_board_restarts():
         raise MemoryError
 
     app.parts.sensor.rebuild = none
-    parts._TWO_DETECTORS = 1 << 30
+    heap.small = True
     assert program.set("margin_min", 20) == (m.NACK, m.NACK_MEMORY)
-    parts._TWO_DETECTORS = 1 << 20
+    heap.small = False
     assert app.commands.restart_due and app.faults.active == 1 << m.FAULT_MEMORY
 
 
@@ -200,13 +230,32 @@ def test_without_memory_for_a_copy_the_frame_itself_is_sent_and_no_other_comes_m
     assert program.frames() > frames + 10 and app.commands._raw.token == -1
 
 
-def test_the_heap_decides_how_often_it_is_collected_while_loading():
-    with open("firmware/main.py") as file:
-        text = file.read()
-    scope = {}
-    exec(text[text.index("def threshold") : text.index("gc.threshold(threshold")], scope)
-    threshold = scope["threshold"]
-    assert [threshold(kib << 10) for kib in (128, 256, 319, 320, 369, 512)] == [8192] * 3 + [16384] * 3
-    assert threshold(1 << 20) == 131072 and threshold(2 << 20) == 262144
-    assert threshold(3 << 20) == threshold(25600 << 10) == -1
+def test_only_a_small_heap_keeps_room_for_the_detector_while_loading():
     assert sys.implementation.name == "micropython"
+    wanted = heap._TWO_DETECTORS, heap._ROOM
+    try:
+        heap._TWO_DETECTORS, heap._ROOM = 1 << 28, 1 << 28  # as where there is less than that
+        assert heap._is_small()
+        assert 1 << 14 < len(heap._piece()[0]) < 1 << 28
+        heap._TWO_DETECTORS, heap._ROOM = 1000, 1000
+        assert not heap._is_small()
+        assert [len(piece) for piece in heap._piece()] == [1000]
+    finally:
+        heap._TWO_DETECTORS, heap._ROOM = wanted
+    before = heap.small
+    try:
+        for heap.small, threshold in ((False, 65536), (True, -1)):
+            gc.threshold(65536)
+            heap.loaded()
+            assert gc.threshold() == threshold
+    finally:
+        gc.threshold(-1)
+        heap.small = before
+
+
+def test_what_is_free_includes_the_room():
+    heap.room.append(bytearray(20000))
+    try:
+        assert abs(heap.free_bytes() - gc.mem_free() - 20000) < 2000
+    finally:
+        heap.room.clear()

@@ -71,6 +71,12 @@ def words(count, name=None):
     return _kept[name] if size <= count else memoryview(_kept[name])[:count]
 
 
+def forget_words():
+    """Gives back what `words` keeps, so that shorter ones take less. What is in use stays."""
+    if _kept is not None:
+        _kept.clear()
+
+
 def _entry(table, index):
     return table[2 * index] | table[2 * index + 1] << 8
 

@@ -11,7 +11,6 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.kernels.raw import fitting, gather, pack, predict
 from larics.wire.messages import (
     RAW_CHUNK,
     RAW_CHUNK_BYTES,
@@ -52,6 +51,7 @@ class RawSender:
     """
 
     def __init__(self):
+        self._kernels = None
         self.token = -1
         self.values = None
         self.size = 0
@@ -74,6 +74,9 @@ class RawSender:
         for _ in range(rows):
             crc = crc32(view[place : place + columns], crc)
             place += width
+        from larics.kernels import raw  # most boards are never asked
+
+        self._kernels = raw
         self.token = token
         self._pixels = pixels
         self.size = columns * rows
@@ -145,19 +148,19 @@ class RawSender:
         place += header[_RAW_HEADER_LEFT] + strip * RAW_STRIP + column
         most = min(most, width * rows - number, RAW_PIXELS_MOST)
         bits = 8 * RAW_CHUNK_BYTES
-        found = predict(pixels, errors, place, 1, most, column, width, stride, bits, 0)
+        found = self._kernels.predict(pixels, errors, place, 1, most, column, width, stride, bits, 0)
         guess = found >> 16
         coding, count = RAW_PLAIN, min(most, RAW_CHUNK_BYTES)
         for k in range(max(0, guess - 1), min(7, guess + 1) + 1):
-            fits = fitting(errors, 1, found & 0xFFFF, k, bits)
+            fits = self._kernels.fitting(errors, 1, found & 0xFFFF, k, bits)
             if fits > count:
                 coding, count = k, fits
         chunk = self._chunk
         data = chunk[_RAW_CHUNK_DATA]
         if coding == RAW_PLAIN:
-            gather(pixels, data, place, 0, count, column, width, stride, RAW_CHUNK_BYTES)
+            self._kernels.gather(pixels, data, place, 0, count, column, width, stride, RAW_CHUNK_BYTES)
         else:
-            pack(errors, data, 1, count, coding, RAW_CHUNK_BYTES, 1)
+            self._kernels.pack(errors, data, 1, count, coding, RAW_CHUNK_BYTES, 1)
         chunk[_RAW_CHUNK_TOKEN] = self.token
         chunk[_RAW_CHUNK_FIRST] = first
         chunk[_RAW_CHUNK_COUNT] = count
