@@ -128,6 +128,8 @@ def run(app, sentinel):
     import machine
 
     app.watchdog = safe_mode.make_watchdog()
+    if isinstance(app.watchdog, safe_mode.NoWatchdog):
+        print("larics: no watchdog here: a program that hangs stays so until a reset")
     try:
         app.run()
     except KeyboardInterrupt:

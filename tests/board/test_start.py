@@ -150,6 +150,19 @@ def test_ctrl_c_restarts_into_safe_mode_because_the_watchdog_cannot_be_stopped()
     assert boot(5) == "ended" and world.watchdog_ms is None
 
 
+def test_a_board_without_a_watchdog_says_so_and_runs():
+    world = fresh()
+    kind, told = machine.WDT, []
+    del machine.WDT
+    start.print = told.append
+    try:
+        assert boot(5) == "reset" and world.watchdog_ms is None
+    finally:
+        machine.WDT = kind
+        del start.print
+    assert len(told) == 1 and "no watchdog" in told[0]
+
+
 def test_a_reset_by_the_watchdog_is_reported():
     world = fresh()
     world.cause = machine.WDT_RESET

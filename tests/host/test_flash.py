@@ -352,6 +352,12 @@ def test_a_board_that_is_not_in_the_table_is_refused(tmp_path, capsys):
     assert "is a Pyboard v1.1, not one of OpenMV N6" in err and len(err.splitlines()) == 1
 
 
+def test_a_board_without_uname_says_what_it_is_all_the_same(board):
+    with Session(board.port) as session:
+        session.run("import sys\nclass Bare: pass\nsys.modules['omv'] = sys.modules['os'] = Bare")
+        assert session.identity()[0].startswith("linux")
+
+
 def test_a_port_without_a_board(capsys, monkeypatch):
     monkeypatch.setattr("larics_host.flash.session._RECONNECT_S", 1)
     monkeypatch.setattr(Session, "__enter__", lambda self: self.open(1))

@@ -101,10 +101,12 @@ class Session:
             " try:\n"
             "  import omv\n"
             "  return omv.arch(), omv.version_string()\n"
-            " except ImportError:\n"
+            " except (ImportError, AttributeError):\n"
+            "  pass\n"
+            " try:\n"
             "  return os.uname().machine, ''\n"
             " except AttributeError:\n"
-            "  return sys.platform, ''\n"
+            "  return getattr(sys.implementation, '_machine', sys.platform), ''\n"
         )
         name, release = self.evaluate("_identity()")
         version, mpy = self.evaluate("_version()")
