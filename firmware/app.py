@@ -33,12 +33,13 @@ class App:
     keeper      settings_store.SettingsStore of the settings, or None where they cannot be kept
     leds, sentinel, watchdog   see leds, safe_mode; what a PC does not have
     detector    when it was made already, as long as the heap was in one piece
+    baud        bits a second that the line takes, when that is not the setting
     banner      line printed on the console in the first seconds, for who has just flashed the board
     """
 
     def __init__(
         self, settings, camera, uart, board, unique_id=b"", keeper=None, faults=None, leds=None,
-        sentinel=None, detector=None, clock=time,
+        sentinel=None, detector=None, clock=time, baud=None,
     ):  # fmt: skip
         self.settings = settings
         self.faults = faults or Faults()
@@ -46,6 +47,7 @@ class App:
         self.sentinel = sentinel
         self.watchdog = NoWatchdog()
         self.banner = None
+        baud = baud or settings.baud
         boot = os.urandom(2)
         boot = boot[0] << 8 | boot[1]
         started = self._start(camera)
@@ -54,7 +56,7 @@ class App:
         self.actions = Actions(self.watch, settings, self.parts, self.faults, keeper, board, unique_id)
         raw = RawSender()
         uptime = Uptime()
-        self.odometry = Odometry(clock.ticks_us, frame_size(m.ODOMETRY) * 10000000 // settings.baud)
+        self.odometry = Odometry(clock.ticks_us, frame_size(m.ODOMETRY) * 10000000 // baud)
         self.commands = Commands(settings, raw, self.actions, boot, uptime, self.odometry)
         self.decoder = Decoder(self.commands.on_message)
         self.line = SerialLine(uart, self.decoder.feed)
@@ -64,7 +66,7 @@ class App:
             self.line,
             self.encoder,
             (self.commands, raw),
-            settings.baud,
+            baud,
             clock.ticks_diff,
             measurements=measurement_encoder(settings, uptime),
             divider=settings.rate_divider,

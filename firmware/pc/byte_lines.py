@@ -12,13 +12,17 @@ import sys
 import termios
 import tty
 
+MEMORY_BAUD = 10000000  # bits a second of a line that is none: memory to memory
+
 
 class Closed(BaseException):
     """Whoever read standard output is gone: there is nobody to work for. Not an error of the line."""
 
 
 class _Descriptor:
-    """A line on a file descriptor that does not block."""
+    """A line on a file descriptor that does not block. baud: bits a second that it takes, or None."""
+
+    baud = None
 
     def __init__(self, reading, writing):
         self._reading = reading
@@ -49,6 +53,7 @@ class StandardOutput(_Descriptor):
     """The stream on standard output; nothing is received. Raises Closed when its reader has gone."""
 
     name = "standard output"
+    baud = MEMORY_BAUD
 
     def __init__(self):
         super().__init__(None, sys.stdout.fileno())
@@ -97,7 +102,7 @@ class SerialPort:
         import serial
 
         self._error = serial.SerialException
-        self.name = device
+        self.name, self.baud = device, baud
         self._port = serial.Serial(baudrate=baud, timeout=0, write_timeout=0, exclusive=True)
         self._port.port = device
         self._port.open()
@@ -136,6 +141,8 @@ class SerialPort:
 
 class TcpServer:
     """TCP on the loopback address, for one listener at a time; a newer one takes over."""
+
+    baud = MEMORY_BAUD
 
     def __init__(self, port):
         self._server = socket.create_server(("127.0.0.1", port))

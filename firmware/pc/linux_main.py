@@ -63,7 +63,7 @@ def make_app(options):
     )
     camera.open()  # a source that is not there is told now, in one line
     line = make_line(options, settings.baud)
-    app = App(settings, camera, line, BOARD, unique_id(), store, faults, clock=host_clock)
+    app = App(settings, camera, line, BOARD, unique_id(), store, faults, clock=host_clock, baud=line.baud)
     camera.ready = lambda: app.outbox.empty()
     return app, line
 

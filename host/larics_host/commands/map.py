@@ -288,6 +288,8 @@ def _send(args):
         if args.save:
             client.save()
     print("changed: %s" % ", ".join(sent) if sent else "the camera has this map already")
+    if args.save:
+        print("saved")
     return 0
 
 
