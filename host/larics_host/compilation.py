@@ -7,6 +7,7 @@ python -m larics_host.compilation      compiles all of them, for whoever install
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import random
 import re
@@ -30,30 +31,50 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return numba.njit(**dict(options, cache=options.get("cache", False) and _cpython.KEEPS_COMPILED))
 
 
+PACKAGES = "kernels", "render"
 _LOOP = re.compile(r"^@(?:micropython\.viper|njit\((?!.*inline).*\))\s+def (\w+)", re.MULTILINE)
-_NEVER = "crc.crc32", "crc.cobs"  # CPython has its own CRC-32, and needs no COBS in place
 # frames that together need every loop
 _FRAMES = ("sunny", 1, (0, 2)), ("harsh", 1, (0, 1, 2, 3)), ("glossy", 1, (1,)), ("webcam", 2, (12,))
 _NOT_TO_DETECT = "crc", "grey", "raw", "paper"  # modules that a usual detection does without
 
 
-def _is_compiled(folder: Path, but: Container[str]) -> bool:
-    """Whether every loop of a package was compiled since its text was changed, by this version of Python;
-    `but` for modules, and loops as "module.function", that need not be."""
+def _has_loops(folder: Path, but: Container[str]) -> bool:
+    """Whether there is something compiled of every loop of a package, by this version of Python; `but` for
+    modules, and loops as "module.function", that need not be. It may be of an earlier text."""
     kept = os.environ.get("NUMBA_CACHE_DIR")
     places = list(Path(kept).glob("%s_*" % folder.name)) if kept else [folder / "__pycache__"]
     ending = ".py%d%d.nbi" % sys.version_info[:2]
-    newest: dict[str, float] = {}
-    for index in (path for place in places for path in place.glob("*" + ending)):
-        loop = index.name.partition("-")[0]
-        newest[loop] = max(newest.get(loop, 0.0), index.stat().st_mtime)
-    for source in folder.glob("*.py"):
-        changed_s = source.stat().st_mtime
-        for function in _LOOP.findall(source.read_text(encoding="utf-8")):
-            loop = "%s.%s" % (source.stem, function)
-            if source.stem not in but and loop not in but and newest.get(loop, 0.0) < changed_s:
-                return False
-    return True
+    there = {index.name.partition("-")[0] for place in places for index in place.glob("*" + ending)}
+    return all(
+        source.stem in but or loop in but or loop in there
+        for source in folder.glob("*.py")
+        for loop in loops_of(source)
+    )
+
+
+def loops_of(source: Path) -> list[str]:
+    """The loops in a module, as "module.function"."""
+    return ["%s.%s" % (source.stem, name) for name in _LOOP.findall(source.read_text(encoding="utf-8"))]
+
+
+def _stamp():
+    """What compiled loops depend on: their text, and who compiles them for which processor."""
+    import llvmlite.binding
+    import numba
+
+    digest = hashlib.sha256(
+        repr((sys.version, numba.__version__, llvmlite.binding.get_host_cpu_name())).encode()
+    )
+    for package in PACKAGES:
+        for source in sorted(_folder(package).glob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def _stamp_file():
+    """Where it is told of which stamp all loops are compiled; beside them, so that it goes when they go."""
+    kept = os.environ.get("NUMBA_CACHE_DIR")
+    return (Path(kept) if kept else _folder("kernels") / "__pycache__") / "all-loops.stamp"
 
 
 def _folder(package):
@@ -61,10 +82,12 @@ def _folder(package):
 
 
 @contextlib.contextmanager
-def told(package: str, what: str) -> Iterator[None]:
-    """Around what may compile the loops of a package: one line when that is new and takes long."""
-    folder = _folder(package)
-    if _cpython.EXECUTOR != "numba" or _is_compiled(folder, _NOT_TO_DETECT):
+def told(package: str, what: str, compiled: bool | None = None) -> Iterator[None]:
+    """Around what may compile the loops of a package: one line when that is new and takes long. compiled:
+    whether they are, where that is known."""
+    if compiled is None:
+        compiled = _cpython.EXECUTOR != "numba" or _has_loops(_folder(package), _NOT_TO_DETECT)
+    if compiled:
         yield
         return
     text = "compiling %s for this computer, which is done once and may take a minute" % what
@@ -111,16 +134,19 @@ def _compile_for_cameras():
 
 
 def compile_once() -> None:
-    """Compiles what detection needs, for a program that begins afterwards, unless that was done before."""
-    if (
-        _cpython.EXECUTOR == "numba"
-        and _cpython.KEEPS_COMPILED
-        and not _is_compiled(_folder("kernels"), _NEVER)
-    ):
-        with told("kernels", "the detector"):
-            compile_all()
+    """Compiles all loops, for a program that begins afterwards, unless that was done before."""
+    if _cpython.EXECUTOR != "numba" or not _cpython.KEEPS_COMPILED:
+        return
+    file, stamp = _stamp_file(), _stamp()
+    with contextlib.suppress(OSError):
+        if file.read_text() == stamp:
+            return
+    with told("kernels", "the detector", False):
+        compile_all()
+    with contextlib.suppress(OSError):
+        file.write_text(stamp)
 
 
 if __name__ == "__main__":
-    compile_all()
+    compile_once()
     print("compiled")

@@ -80,7 +80,7 @@ def test_who_waits_for_the_compiler_is_told(monkeypatch, capsys):
     import time
 
     monkeypatch.setattr(compilation, "_PATIENCE_S", 0.01)
-    monkeypatch.setattr(compilation, "_is_compiled", lambda folder, but: False)
+    monkeypatch.setattr(compilation, "_has_loops", lambda folder, but: False)
     monkeypatch.setattr(_cpython, "EXECUTOR", "numba")
     errors.begin_run()
     said = ""
@@ -91,7 +91,7 @@ def test_who_waits_for_the_compiler_is_told(monkeypatch, capsys):
     assert said == (
         "larics: compiling the detection for this computer, which is done once and may take a minute\n"
     )
-    monkeypatch.setattr(compilation, "_is_compiled", lambda folder, but: True)
+    monkeypatch.setattr(compilation, "_has_loops", lambda folder, but: True)
     errors.begin_run()
     with compilation.told("kernels", "the detection"):
         time.sleep(0.05)
@@ -110,7 +110,7 @@ def test_loops_are_known_to_be_compiled(tmp_path, monkeypatch):
     (folder / "grey.py").write_text("@micropython.viper\ndef look():\n    pass\n")
 
     def compiled(but=()):
-        return compilation._is_compiled(folder, but)
+        return compilation._has_loops(folder, but)
 
     (beside / ("votes.vote-2.%s.nbi" % version)).write_bytes(b"")
     assert not compiled() and not compiled(["grey"])  # one of them is not all
@@ -118,9 +118,6 @@ def test_loops_are_known_to_be_compiled(tmp_path, monkeypatch):
     assert not compiled(["grey"])  # of another Python
     (beside / ("votes.count-7.%s.nbi" % version)).write_bytes(b"")
     assert compiled(["grey"]) and compiled(["grey.look"]) and not compiled()
-    os.utime(folder / "votes.py", (2e9, 2e9))
-    assert not compiled(["grey"])  # changed since
-    os.utime(folder / "votes.py", (1e9, 1e9))
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
     assert not compiled(["grey"])
     (tmp_path / "kept").mkdir()
@@ -135,16 +132,37 @@ def test_everything_is_compiled_at_once():
 import importlib, sys
 from larics_host import compilation
 compilation.compile_all()
-for package in ("kernels", "render"):
-    folder = compilation._folder(package)
-    for source in folder.glob("*.py"):
-        for loop in compilation._LOOP.findall(source.read_text()):
-            name = "larics_host.render." if package == "render" else "larics.kernels."
-            module = importlib.import_module(name + source.stem)
-            if not getattr(module, loop).signatures:
-                print("%s.%s" % (source.stem, loop))
+for package in compilation.PACKAGES:
+    name = "larics_host.render." if package == "render" else "larics.kernels."
+    for source in compilation._folder(package).glob("*.py"):
+        for loop in compilation.loops_of(source):
+            if not getattr(importlib.import_module(name + source.stem), loop.split(".")[1]).signatures:
+                print(loop)
 """
     environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert sorted(done.stdout.split()) == sorted(compilation._NEVER)
+    # CPython has its own CRC-32, and needs no COBS in place
+    assert sorted(done.stdout.split()) == ["crc.cobs", "crc.crc32"]
+
+
+def test_all_is_compiled_once_and_again_when_the_text_changes(tmp_path, monkeypatch):
+    pytest.importorskip("numba")
+    done = []
+    monkeypatch.setattr(compilation, "compile_all", lambda: done.append(True))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    for name in compilation.PACKAGES:
+        (tmp_path / "texts" / name).mkdir(parents=True)
+    (tmp_path / "texts" / "kernels" / "votes.py").write_text("a = 1")
+    monkeypatch.setattr(compilation, "_folder", lambda package: tmp_path / "texts" / package)
+    compilation.compile_once()
+    compilation.compile_once()
+    assert len(done) == 1
+    (tmp_path / "texts" / "kernels" / "votes.py").write_text("a = 2")
+    compilation.compile_once()
+    compilation.compile_once()
+    assert len(done) == 2
+    monkeypatch.setattr(_cpython, "EXECUTOR", "plain")
+    (tmp_path / "all-loops.stamp").unlink()
+    compilation.compile_once()
+    assert len(done) == 2
