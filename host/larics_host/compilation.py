@@ -35,7 +35,14 @@ PACKAGES = "kernels", "render"
 _LOOP = re.compile(r"^@(?:micropython\.viper|njit\((?!.*inline).*\))\s+def (\w+)", re.MULTILINE)
 # frames that together need every loop
 _FRAMES = ("sunny", 1, (0, 2)), ("harsh", 1, (0, 1, 2, 3)), ("glossy", 1, (1,)), ("webcam", 2, (12,))
-_NOT_TO_DETECT = "crc", "grey", "raw", "paper"  # modules that a usual detection does without
+_NOT_TO_DETECT = (
+    "crc",
+    "stream",
+    "odometry",
+    "grey",
+    "raw",
+    "paper",
+)  # modules that a usual detection does without
 
 
 def _has_loops(folder: Path, but: Container[str]) -> bool:
@@ -116,11 +123,13 @@ def compile_all() -> None:
 
 
 def _compile_for_cameras():
-    """What looks at grey levels, packs raw frames and ends MAVLink messages, with a camera's buffers."""
+    """What looks at grey levels, packs raw frames, ends MAVLink messages and takes odometry, with a camera's
+    buffers."""
     from larics.device.frame_check import FrameCheck
     from larics.device.raw_frame import RawSender
     from larics.kernels.crc import x25
     from larics.kernels.grey import count_greys
+    from larics.locate.odometry import Odometry
 
     frame = bytearray(4096)  # one half can be packed, the other cannot
     frame[:2048] = random.Random(1).randbytes(2048)
@@ -131,6 +140,11 @@ def _compile_for_cameras():
     sender.start(0, frame, 64, 64, 0)
     while sender.next():
         pass
+    odometry = Odometry(lambda: 50000)
+    odometry.look()
+    for time_us in (10000, 20000):
+        odometry.take(array("i", (time_us, 0, time_us, 0, 0, 0, 0)))
+    odometry.at(15000)
 
 
 def compile_once() -> None:

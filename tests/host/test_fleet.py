@@ -5,6 +5,7 @@ import csv
 import gzip
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,14 +16,16 @@ import pytest
 from larics.wire import messages as m
 from larics_host import cli
 from larics_host.connection.receiver import Message
-from larics_host.connection.records import Ack, Status
+from larics_host.connection.records import Ack, Marker, Status
 from larics_host.errors import UserError
 from larics_host.fleet import engine, sources
 from larics_host.fleet.findings import examine, trend
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, Source, blocks, lines, list_logs
 from larics_host.fleet.tally import Work, read_block, vehicles
+from larics_host.images.frame_folder import frame_name
 from larics_host.logs.log_writer import json_line
+from larics_host.truth import by_frame, read_truth
 from tests.host.fleet_logs import HALL, Vehicle, record, write_map
 from tests.host.test_dual import ROOT
 from tests.host.waiting import wait_until
@@ -156,6 +159,35 @@ def test_a_status_stands_for_the_time_since_the_one_before(tmp_path):
         tally = tallied([str(path)], size)["held"]
         assert tally.told_s == tally.states[m.LOST] == 1 + 1 + 6 + 1 + 1 + 1 + 1
         assert dict(tally.fault_seconds) == {m.FAULT_CAMERA_DARK: 6 + 1 + 1}
+
+
+def test_recorded_frames_are_read_again(tmp_path, capsys):
+    """Two folders as of larics record: one camera told what its frames show, the other had a bad memory."""
+    names = ["sunny_r30_1000_%d.pgm" % k for k in range(3)]
+    truths = by_frame(read_truth(ROOT / "tests/frames"))
+    for vehicle, error in (("right", 0), ("wrong", 1)):
+        folder = tmp_path / "seen" / vehicle
+        folder.mkdir(parents=True)
+        (folder / "settings.json").write_text("{}")
+        with open(folder / "messages.jsonl", "wb") as file:
+            for number, name in enumerate(names):
+                shutil.copyfile(ROOT / "tests/frames" / name, folder / frame_name(number))
+                told = (truths[name][0].id + error * (number == 1)) & 7 or 7
+                marker = record(Marker, frame=number, id=told, count=1, flags=m.MARKER_NO_OFFSET)
+                file.write(json_line(Message("MARKER", number, marker, number / 10), 0))
+            none = record(Marker, frame=90, id=m.ID_NONE, flags=m.MARKER_NONE)  # of no recorded frame
+            file.write(json_line(Message("MARKER", len(names), none, 9.0), 0))
+    assert command(tmp_path / "seen", "-o", tmp_path / "t", "--jobs", 1) == 0
+    capsys.readouterr()
+    rows = {row["vehicle"]: row for row in read_table(tmp_path / "t" / "vehicles.csv")}
+    assert rows["right"]["recorded_frames"] == rows["wrong"]["recorded_frames"] == str(len(names))
+    assert float(rows["right"]["recorded_alike_pct"]) == 100 > float(rows["wrong"]["recorded_alike_pct"])
+    findings = read_table(tmp_path / "t" / "findings.csv")
+    (finding,) = [row for row in findings if row["kind"] == "not as its frames"]
+    assert finding["vehicle"] == "wrong" and "frame_000001.pgm: told " in finding["text"]
+    (tmp_path / "seen" / "wrong" / "settings.json").write_text('{"radius_min_px": 900}')
+    assert command(tmp_path / "seen", "--jobs", "1") == 1
+    assert "the frames beside %s" % (tmp_path / "seen" / "wrong") in capsys.readouterr().err
 
 
 def path_lines(path):

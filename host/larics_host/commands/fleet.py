@@ -50,18 +50,20 @@ def run(args: argparse.Namespace) -> int:
     from larics_host.files import write_file
     from larics_host.fleet import engine
     from larics_host.fleet.findings import examine
+    from larics_host.fleet.recorded import FramesWork, do, with_frames
     from larics_host.fleet.report import html, write_tables
-    from larics_host.fleet.sources import blocks, list_logs
-    from larics_host.fleet.tally import Work, read_block, vehicles
+    from larics_host.fleet.sources import Block, blocks, list_logs
+    from larics_host.fleet.tally import Work, vehicles
     from larics_host.progress import watched
 
     if args.jobs is not None and not 1 <= args.jobs <= 256:
         raise UserError("--jobs %d: give a number from 1 to 256" % args.jobs)
     landmarks = _landmarks(args.map) if args.map else ()
     logs = list_logs(args.logs, args.by)
-    work = [Work(block, landmarks, _PERIODS[args.period]) for block in blocks(logs)]
+    work: list[Work | FramesWork] = [Work(block, landmarks, _PERIODS[args.period]) for block in blocks(logs)]
+    work += [FramesWork(Block(source, 0, None)) for source in with_frames(logs)]
     jobs = min(args.jobs or cores(), len(work))
-    answers = watched(engine.run(read_block, work, jobs, args.scheduler), len(work), "blocks", True)
+    answers = watched(engine.run(do, work, jobs, args.scheduler), len(work), "blocks", True)
 
     def told():
         for one, answer in zip(work, answers, strict=True):

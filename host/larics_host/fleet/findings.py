@@ -32,12 +32,14 @@ _LEAST_OFFS = 3
 _WRONG_LEAST = 3
 _WRONG_SHARE = 0.001  # of the readings of a plate
 _LOST_SHARE = 0.01
+_FRAMES_LEAST, _ALIKE_SHARE = 10, 0.9  # of recorded frames, that read as they were reported
 
 
 KINDS = (
     "wrong ID",
     "moved marker",
     "not as the map",
+    "not as its frames",
     "worn or dirty marker",
     "dirty lens",
     "calibration",
@@ -131,6 +133,7 @@ KINDS = (
     "wrong ID",
     "moved marker",
     "not as the map",
+    "not as its frames",
     "worn or dirty marker",
     "dirty lens",
     "calibration",
@@ -194,6 +197,8 @@ def _vehicle(name, tally, logs, lens, scale, apart, findings):
         "drops": tally.sums["drops"] if tally.statuses else None,
         "faults": tally.sums["faults"] if tally.statuses else None,
         "boots": tally.boots,
+        "recorded_frames": tally.recorded,
+        "recorded_alike_pct": _share(tally.recorded_alike, tally.recorded),
         "margin": None if margin is None else round(margin, 2),
         "margin_change": None if lens is None else round(lens.change, 2),
         "radius_change_pct": None if scale is None else round(100 * scale.change, 3),
@@ -208,6 +213,15 @@ def _vehicle(name, tally, logs, lens, scale, apart, findings):
     if apart and abs(apart[0]) > _LENGTH_SHARE:
         text = "%s: markers are %+.1f %% farther apart than %s: calibrate it again"
         findings.append(Finding("calibration", name, None, apart[0], text % (name, 100 * apart[0], apart[1])))
+    few_alike = tally.recorded >= _FRAMES_LEAST and tally.recorded_alike < _ALIKE_SHARE * tally.recorded
+    if tally.conflicts or few_alike:
+        text = "%s: of %s %d read here as they were reported, %d with another ID%s"
+        shown = "".join(
+            "; %s: told %s, here %s" % (frame, *map(_listed, ids)) for frame, *ids in tally.conflict_frames
+        )
+        numbers = counted(tally.recorded, "recorded frame"), tally.recorded_alike, tally.conflicts
+        found = Finding("not as its frames", name, None, tally.conflicts, text % (name, *numbers, shown))
+        findings.append(found)
     for code, seconds in sorted(tally.fault_seconds.items()):
         text = "%s: %s for %d s of %d" % (name, _FAULTS.get(code, "fault %d" % code), seconds, tally.told_s)
         findings.append(Finding("fault", name, None, seconds, text))
@@ -217,6 +231,10 @@ def _vehicle(name, tally, logs, lens, scale, apart, findings):
             Finding("line", name, None, tally.lost, text % (name, tally.lost, messages + tally.lost))
         )
     return row
+
+
+def _listed(ids):
+    return " ".join(map(str, ids))
 
 
 def _share(part, whole):

@@ -30,6 +30,7 @@ _UNUSABLE = m.MARKER_NONE | m.MARKER_ID_UNCERTAIN | m.MARKER_UNCONFIRMED
 _PAUSE_S = 5.0  # a longer silence is no time of operation
 _SAMPLES = 40  # readings of a pair that a block keeps, and
 _SAMPLES_ALL = 400  # that are kept of all blocks
+_SHOWN_FRAMES = 3
 _SUMS = ("missed", "drops", "crc_errors", "faults", "rejects")
 NO_DATE = ""
 
@@ -48,6 +49,8 @@ class Tally:
     readings   {(ID, period): [count, margin, margin squared, radius in 1/256 px]}
     pairs      {(ID, ID, period): [mm between them]};  offs  {(number, number, period): [(x, y, heading)]}
     wrong      {(ID of the plate, ID read): count};  contradictions  {(ID read, ID there or None): count}
+    recorded   frames that lie beside a log, recorded_alike: and read here the IDs that were reported;
+               conflicts: other IDs; conflict_frames  [(frame, IDs reported, IDs here)], some of them
     told_s     seconds that STATUS tells of, and of these states and fault_seconds {code: seconds}
     """
 
@@ -55,7 +58,8 @@ class Tally:
         self.bytes = self.lines = self.damaged = self.lost = 0
         self.seconds = 0.0
         self.frames = self.frames_seen = self.uncertain = self.visits = self.statuses = self.boots = 0
-        self.told_s = 0
+        self.told_s = self.recorded = self.recorded_alike = self.conflicts = 0
+        self.conflict_frames: list[tuple[str, list[int], list[int]]] = []
         self.sums: Counter[str] = Counter()
         self.states: Counter[int] = Counter()
         self.fault_seconds: Counter[int] = Counter()
@@ -73,7 +77,8 @@ class Tally:
         if same_log and self.last and other.first:
             self.between(self.last, other.first)
         for name in ("bytes", "lines", "damaged", "lost", "seconds", "frames", "frames_seen", "uncertain",
-                     "visits", "statuses", "boots", "told_s"):  # fmt: skip
+                     "visits", "statuses", "boots", "told_s", "recorded", "recorded_alike",
+                     "conflicts"):  # fmt: skip
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for name in ("sums", "states", "fault_seconds", "wrong", "contradictions"):
             getattr(self, name).update(getattr(other, name))
@@ -82,6 +87,7 @@ class Tally:
             mine = self.readings.setdefault(key, [0, 0, 0, 0])
             for k, value in enumerate(sums):
                 mine[k] += value
+        self.conflict_frames = (self.conflict_frames + other.conflict_frames)[:_SHOWN_FRAMES]
         kinds: Any = (self.pairs, other.pairs), (self.offs, other.offs)
         for samples, others in kinds:
             for sample, values in others.items():

@@ -87,7 +87,7 @@ def compare_messages(folder: StrPath, log: StrPath, settings: Settings) -> dict[
         number = number_of(base_name(name))
         number = order if number is None else number
         if run is None:
-            run = _begin(settings, frame)
+            run = begin(settings, frame)
         if frame.shape != (settings.height, settings.width):
             raise UserError("%s is of another size than the frames before" % name)
         here = run.messages(number, frame)
@@ -112,7 +112,8 @@ def compare_messages(folder: StrPath, log: StrPath, settings: Settings) -> dict[
     }
 
 
-def _begin(settings, frame):
+def begin(settings: Settings, frame: np.ndarray) -> HostRun:
+    """A HostRun for frames of this one's size; UserError when the settings do not suit it."""
     height, width = frame.shape
     reason = calibrated_for(settings, width, height)
     if reason:
