@@ -175,15 +175,16 @@ def test_recorded_frames_are_read_again(tmp_path, capsys):
                 told = (truths[name][0].id + error * (number == 1)) & 7 or 7
                 marker = record(Marker, frame=number, id=told, count=1, flags=m.MARKER_NO_OFFSET)
                 file.write(json_line(Message("MARKER", number, marker, number / 10), 0))
+            # what was fetched meanwhile is not in the log
             none = record(Marker, frame=90, id=m.ID_NONE, flags=m.MARKER_NONE)  # of no recorded frame
-            file.write(json_line(Message("MARKER", len(names), none, 9.0), 0))
+            file.write(json_line(Message("MARKER", 1000, none, 9.0), 0))
     assert command(tmp_path / "seen", "-o", tmp_path / "t", "--jobs", 1) == 0
     capsys.readouterr()
     rows = {row["vehicle"]: row for row in read_table(tmp_path / "t" / "vehicles.csv")}
     assert rows["right"]["recorded_frames"] == rows["wrong"]["recorded_frames"] == str(len(names))
     assert float(rows["right"]["recorded_alike_pct"]) == 100 > float(rows["wrong"]["recorded_alike_pct"])
-    findings = read_table(tmp_path / "t" / "findings.csv")
-    (finding,) = [row for row in findings if row["kind"] == "not as its frames"]
+    (finding,) = read_table(tmp_path / "t" / "findings.csv")
+    assert finding["kind"] == "not as its frames" and rows["right"]["lost_messages"] == "0"
     assert finding["vehicle"] == "wrong" and "frame_000001.pgm: told " in finding["text"]
     (tmp_path / "seen" / "wrong" / "settings.json").write_text('{"radius_min_px": 900}')
     assert command(tmp_path / "seen", "--jobs", "1") == 1

@@ -60,8 +60,11 @@ def run(args: argparse.Namespace) -> int:
         raise UserError("--jobs %d: give a number from 1 to 256" % args.jobs)
     landmarks = _landmarks(args.map) if args.map else ()
     logs = list_logs(args.logs, args.by)
-    work: list[Work | FramesWork] = [Work(block, landmarks, _PERIODS[args.period]) for block in blocks(logs)]
-    work += [FramesWork(Block(source, 0, None)) for source in with_frames(logs)]
+    recorded = list(with_frames(logs))
+    work: list[Work | FramesWork] = [
+        Work(block, landmarks, _PERIODS[args.period], block.source not in recorded) for block in blocks(logs)
+    ]
+    work += [FramesWork(Block(source, 0, None)) for source in recorded]
     jobs = min(args.jobs or cores(), len(work))
     answers = watched(engine.run(do, work, jobs, args.scheduler), len(work), "blocks", True)
 

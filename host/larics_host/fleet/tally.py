@@ -36,11 +36,13 @@ NO_DATE = ""
 
 
 class Work(NamedTuple):
-    """A task: a block, the map's landmarks, and how many letters of a date make a period."""
+    """A task: a block, the map's landmarks, how many letters of a date make a period, and whether numbers
+    that are missing were lost (larics record leaves out what it fetched)."""
 
     block: Block
     landmarks: Sequence[Landmark]
     period: int
+    loses: bool = True
 
 
 class Tally:
@@ -134,8 +136,10 @@ def seconds_told(before: Mapping[str, Any], status: Mapping[str, Any], lost: int
     return 1 if lost and passed_s > _PAUSE_S else passed_s
 
 
-def missing(before: int, after: int) -> int:
-    """How many messages are missing between two by their sequence numbers."""
+def missing(before: int | None, after: int | None) -> int:
+    """How many messages are missing between two by their sequence numbers, None where those tell nothing."""
+    if before is None or after is None:
+        return 0
     step = (after - before) % 65536
     return step - 1 if 0 < step < 32768 else 0
 
@@ -145,7 +149,7 @@ class Edge(NamedTuple):
     between the two; of the whole block where it has no STATUS."""
 
     time_s: float
-    sequence: int
+    sequence: int | None
     status: dict[str, Any] | None
     lost: int
 
@@ -153,9 +157,10 @@ class Edge(NamedTuple):
 class _Reader:
     """Makes a Tally of messages one after the other."""
 
-    def __init__(self, landmarks, period):
+    def __init__(self, landmarks, period, loses):
         self.tally = Tally()
         self._period = period
+        self._loses = loses
         self._passes = Passes()
         self._track = Track(landmarks)
         self._frame = None
@@ -170,6 +175,7 @@ class _Reader:
     def message(self, time_s, date, name, sequence, fields):
         """`fields` is None where they do not matter."""
         tally = self.tally
+        sequence = sequence if self._loses else None
         if self._time_s is None:
             self._first = time_s, sequence
         else:
@@ -277,7 +283,7 @@ class Told(NamedTuple):
 def read_block(work: Work) -> Told:
     """The work on one block, in whatever process."""
     block = work.block
-    reader = _Reader(work.landmarks, work.period)
+    reader = _Reader(work.landmarks, work.period, work.loses)
     with withheld() as told:
         try:
             if block.end is None:
