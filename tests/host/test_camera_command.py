@@ -19,6 +19,9 @@ from larics_host.truth import by_frame, read_truth
 from tests.host.mjpeg import NAMES, PICTURES, jpeg, mjpeg_server
 from tests.host.test_dual import ROOT
 
+# other scenes, one after the other: there is nothing to be tracked
+UNTRACKED = "--set", "tracking=false"
+
 
 def video(path, frames, fps=30):
     height, width = frames[0].shape
@@ -92,8 +95,7 @@ def marker(name, fields):
 def test_every_frame_of_a_video_is_reported_with_its_marker(tmp_path):
     source = video(tmp_path / "drive.avi", PICTURES * 4)
     done = subprocess.run(
-        # other scenes, one after the other: there is nothing to be tracked
-        command(tmp_path, "--source", source, "--every", "--stdout", "--set", "tracking=false"),
+        command(tmp_path, "--source", source, "--every", "--stdout", *UNTRACKED),
         env=environment(tmp_path),
         capture_output=True,
         timeout=120,
@@ -139,7 +141,7 @@ def test_a_stream_that_falls_silent_and_comes_back(tmp_path):
         server = stack.enter_context(
             mjpeg_server(lambda number: None if silent.is_set() else bodies[number % 3])
         )
-        _, line = stack.enter_context(running(tmp_path, "--source", server.address, "--tcp", "0"))
+        _, line = stack.enter_context(running(tmp_path, "--source", server.address, "--tcp", "0", *UNTRACKED))
         listener = Listener(line)
         first = listener.until(marker)
         silent.set()
@@ -189,7 +191,7 @@ def test_the_c_library_reads_it(tmp_path):
     subprocess.run(["gcc", "-std=c99", include, *sources, example, "-o", program], check=True)
     source = video(tmp_path / "drive.avi", PICTURES * 8)
     done = subprocess.run(
-        command(tmp_path, "--source", source, "--every", "--stdout"),
+        command(tmp_path, "--source", source, "--every", "--stdout", *UNTRACKED),
         env=environment(tmp_path),
         capture_output=True,
     )
