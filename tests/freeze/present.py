@@ -158,7 +158,7 @@ def _members(name, thing, chosen):
         if inspect.isfunction(value):
             yield "%s.%s" % (name, member), "method", _signature(value)
         elif isinstance(value, property):
-            yield "%s.%s" % (name, member), "property", ""
+            yield "%s.%s" % (name, member), "attribute", ""  # whichever way it is made
 
 
 def _names(text, option):
