@@ -4,6 +4,7 @@ Each has the calls of machine.UART that serial_line.SerialLine makes: any(), rea
 write(buffer, offset, count), none of which waits; write returns how many bytes were taken, None for none.
 """
 
+import errno
 import fcntl
 import os
 import select
@@ -105,7 +106,14 @@ class SerialPort:
         self.name, self.baud = device, baud
         self._port = serial.Serial(baudrate=baud, timeout=0, write_timeout=0, exclusive=True)
         self._port.port = device
-        self._port.open()
+        try:
+            self._port.open()
+        except self._error as error:
+            if error.errno == errno.EAGAIN:
+                why = "another program uses it"
+            else:
+                why = os.strerror(error.errno).lower() if error.errno else str(error)
+            raise OSError("%s cannot be opened: %s" % (device, why))
 
     def _again(self):
         """Opens the port if it is there; OSError (what SerialException is) when not."""

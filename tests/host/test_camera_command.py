@@ -16,6 +16,7 @@ import pytest
 from larics.wire import messages as m
 from larics_host.connection.receiver import Receiver
 from larics_host.truth import by_frame, read_truth
+from pc import byte_lines
 from tests.host.mjpeg import NAMES, PICTURES, jpeg, mjpeg_server
 from tests.host.test_dual import ROOT
 
@@ -223,6 +224,11 @@ def test_bad_input_is_one_line(tmp_path, options, said):
     )
     assert done.returncode == 2 and said in done.stderr, done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_port_that_cannot_be_opened_is_told_plainly():
+    with pytest.raises(OSError, match="^/dev/nothere cannot be opened: no such file or directory$"):
+        byte_lines.SerialPort("/dev/nothere", 115200)
 
 
 def test_a_port_and_settings_belong_to_one_camera(tmp_path):
