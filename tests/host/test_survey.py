@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from larics_host import cli
-from larics_host.mapping.graph import _leg_error, _reading_error
+from larics_host.mapping import moves
+from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
+from larics_host.mapping.links import Place
 from larics_host.mapping.mapfile import read_map
 from larics_host.mapping.poses import after
 from larics_host.mapping.wheels import Way
@@ -150,3 +152,65 @@ def test_the_map_file_has_the_standard_errors(tmp_path):
     assert not result.refused
     data = json.loads((tmp_path / "drive.map.json").read_text())
     assert all(0 < marker["sigma_mm"] < 200 and 0 < marker["sigma_deg"] < 2 for marker in data["markers"])
+
+
+def _read(passage, used, x_mm=0.0):
+    return Reading(passage, 0, (x_mm, 0.0, 0.0), used)
+
+
+def test_a_split_may_leave_out_one_reading_of_four():
+    graph = Graph(poses={k: (0.0, 0.0, 0.0) for k in range(4)}, places={0: (0.0, 0.0, 0.0)})
+    readings = [_read(0, False, 60.0), _read(1, True), _read(2, False, 300.0), _read(3, False, 300.0)]
+    assert moves._split(graph, readings) == ([readings[1]], readings[2:])
+    assert moves._split(graph, [_read(0, False, 60.0), _read(1, True), _read(2, False, 300.0)]) is None
+    graph.poses[4] = (0.0, 0.0, 0.0)
+    assert moves._split(graph, [_read(k, k % 2 == 1, 300.0) for k in range(5)]) is None
+
+
+def test_a_neighbour_may_have_slipped_where_a_marker_was_moved():
+    class Surprised:
+        readings = (_read(5, True), _read(6, True), _read(9, True))
+
+        def marginals(self):
+            return None
+
+        def surprises(self, _):
+            return self.squares
+
+    graph = Surprised()
+    for squares, slack, agreed in (
+        ((20.0, 30.0, 99.0), 2.0, True),
+        ((20.0, 43.0, 99.0), 2.0, False),
+        ((20.0, 30.0, 99.0), 1.0, False),
+        ((22.0, 3.0, 99.0), 2.0, False),
+    ):
+        graph.squares = squares
+        assert moves._agreed(graph, [graph.readings[0]], slack) == agreed, squares
+
+
+def test_sides_of_two_readings_may_do_without_one():
+    a, b, c, d = (_read(k, True) for k in range(4))
+    assert list(moves._variants([a], [b, c, d])) == [([a], [b, c, d])]
+    assert list(moves._variants([a, b], [c, d])) == [
+        ([a, b], [c, d]), ([a, b], [c]), ([a, b], [d]), ([a], [c, d]), ([b], [c, d]),
+    ]  # fmt: skip
+
+
+def test_several_moves_told_by_single_readings_are_slips(monkeypatch):
+    places = {number: Place(number) for number in range(3)}
+    for number, place in places.items():
+        place.votes[number + 1] += 1
+    graph = Graph(places={number: (1000.0 * number, 0.0, 0.0) for number in places})
+    graph.readings = [Reading(k, k // 4, (0.0, 0.0, 0.0), k % 4 == 0) for k in range(8)]
+    graph.poses = {k: (1000.0 * (k // 4) + 500 * (k % 4 > 0), 0.0, 0.0) for k in range(8)}
+
+    def tried(graph, number, earlier, later, former):
+        graph.places[former] = graph.places[number]
+        earlier[0].place = former
+        return 500.0
+
+    monkeypatch.setattr(moves, "_tried", tried)
+    assert moves.find_moves(graph, places) == [] and sorted(places) == [0, 1, 2]
+    assert sorted(graph.places) == [0, 1, 2] and [one.place for one in graph.readings] == [0] * 4 + [1] * 4
+    graph.readings = graph.readings[:4]
+    assert [move.id for move in moves.find_moves(graph, places)] == [1]

@@ -21,7 +21,8 @@ from larics_host.mapping.wheels import TRACK_MM
 
 _ENOUGH = 2  # readings of a side
 _PLATE_MM = 450.0  # plates have no room nearer to each other
-_ODD_SHARE = 0.15  # of its readings may not go with the others of their side
+_ODD_SHARE = 0.15  # of its readings, or one of at least four, may not go with the others of their side
+_NEIGHBOUR = 2.0  # gates that a reading of another marker may be off: two slips in a row, not the move
 _NEAR = 2  # passages beside one, whose readings have to agree
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
 _SLIP_MM = 10.0  # of a wheel
@@ -38,20 +39,51 @@ class Move(NamedTuple):
 
 def find_moves(graph: Graph, places: dict[int, Place]) -> list[Move]:
     """Gives places that were moved a second number for where they were before, which graph and places get,
-    and returns the Moves; the graph is solved."""
-    found = []
+    and returns the Moves; the graph is solved.
+
+    Somebody moves one marker; where several single readings tell of moves, there were slips."""
+    before = [(one, one.place, one.used) for one in graph.readings]
+    known = dict(graph.places), dict(graph.poses), dict(graph.shares)
+    found, singles = _found(graph, places, True)
+    if singles > 1:
+        for one, place, used in before:
+            one.place, one.used = place, used
+        graph.places, graph.poses, graph.shares = known
+        for move in found:
+            del places[move.former]
+        found, _ = _found(graph, places, False)
+    return found
+
+
+def _found(graph, places, may_be_single):
+    """(Moves, how many of them a single reading tells of)."""
+    found, singles = [], 0
     for number in list(graph.places):
         mine = [one for one in graph.readings if one.place == number and (one.used or _alone(graph, one))]
         apart = _split(graph, sorted(mine, key=lambda one: one.passage))
         if apart is None:
             continue
-        earlier, later = apart
         former = max(places) + 1
-        mm = _tried(graph, number, earlier, later, former)
-        if mm is not None:
-            places[former] = places[number]
-            found.append(Move(places[number].id, mm, former))
-    return found
+        for earlier, later in _variants(*apart):
+            is_single = min(len(earlier), len(later)) < _ENOUGH
+            if is_single and not may_be_single:
+                continue
+            mm = _tried(graph, number, earlier, later, former)
+            if mm is not None:
+                places[former] = places[number]
+                found.append(Move(places[number].id, mm, former))
+                singles += is_single
+                break
+    return found, singles
+
+
+def _variants(earlier, later):
+    """Both sides, and both with one reading left out of a side of two, which a slip may have put off."""
+    yield earlier, later
+    if len(later) == _ENOUGH:
+        yield from ((earlier, [one]) for one in later)
+    if len(earlier) == _ENOUGH:
+        yield from (([one], later) for one in earlier)
 
 
 def _split(graph, readings):
@@ -63,7 +95,8 @@ def _split(graph, readings):
             earlier = [one for one in readings[:k] if one.used == first]
             later = [one for one in readings[k:] if one.used != first]
             odd = len(readings) - len(earlier) - len(later)
-            few = odd <= _ODD_SHARE * len(readings) and (best is None or odd < best[0])
+            most = max(_ODD_SHARE * len(readings), 1.0 if len(readings) > _ENOUGH + 1 else 0.0)
+            few = odd <= most and (best is None or odd < best[0])
             if earlier and later and few:
                 best = odd, earlier, later
     if best is None or not all(_agree(graph, side) for side in best[1:]):
@@ -101,7 +134,8 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
     graph.solve()
     mm = math.dist(graph.places[former][:2], graph.places[number][:2])
     sides = (earlier, graph.places[number]), (later, graph.places[former])
-    if _agreed(graph, mine) and all(
+    slack = _NEIGHBOUR if min(len(earlier), len(later)) >= _ENOUGH else 1.0
+    if _agreed(graph, mine, slack) and all(
         len(side) >= _ENOUGH or _surely(graph, side[0], other, mm) for side, other in sides
     ):
         return mm
@@ -111,11 +145,15 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
     return None
 
 
-def _agreed(graph, mine):
-    """Whether nothing near the readings is surprised."""
+def _agreed(graph, mine, slack):
+    """Whether none of the readings is surprised, nor, `slack` times as much, one of another marker nearby."""
     near = {one.passage + k for one in mine for k in range(-_NEAR, _NEAR + 1)}
+    own = {one.passage for one in mine}
     surprises = zip(graph.readings, graph.surprises(graph.marginals()), strict=True)
-    return not any(one.used and one.passage in near and square > GATE for one, square in surprises)
+    return not any(
+        one.used and one.passage in near and square > GATE * (1.0 if one.passage in own else slack)
+        for one, square in surprises
+    )
 
 
 def _surely(graph, one, other, mm):
