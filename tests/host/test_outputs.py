@@ -302,6 +302,7 @@ def test_a_drive_that_is_interrupted_keeps_what_was_driven(tmp_path, monkeypatch
     assert "frames.csv and score.json in %s" % folder in out
     assert firmwares[0].returncode is not None and len(rows(folder / "frames.csv")) == 5
     assert json.loads((folder / "score.json").read_text())
+    assert (folder / "wire.bin").stat().st_size > 100
     for name in ("path.png", "strip.png"):
         assert (folder / name).read_bytes().startswith(b"\x89PNG")
 

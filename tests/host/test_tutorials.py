@@ -17,6 +17,7 @@ SHOWN = ("text", "json", "c", "yaml", "ini")  # not run
 LEFT = {
     "first_marker": ({"marker.pdf", "small.pdf", "drawn", "found.jsonl", "report.html", "run.csv"}, "cells"),
     "calibrate": ({"calibrated.json", "fit.png"}, "+-"),
+    "survey": ({"hall.json", "hall.png", "kept.json"}, "3 markers, route of 0 steps: no problem"),
     "webcam": ({"drive.csv", "drive.jsonl"}, "0 damaged"),
     "ros2": ({"drive/metadata.yaml", "again/metadata.yaml"}, "/larics/pose"),
     "fleet": ({"fleet.html", "tables"}, "2 vehicles"),

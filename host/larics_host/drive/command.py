@@ -62,7 +62,8 @@ def add_loop_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run_loop(args: argparse.Namespace, folder: Path) -> int:
-    """Drives, writes frames.csv, score.json, path.png and strip.png to the folder; returns the exit code."""
+    """Drives, writes wire.bin (all that the camera said), frames.csv, score.json, path.png and strip.png to
+    the folder; returns the exit code."""
     for value, known, what in (
         (args.condition, CONDITION_NAMES, "condition"),
         (args.on, INTERPRETERS, "interpreter"),
@@ -124,6 +125,7 @@ def run_loop(args: argparse.Namespace, folder: Path) -> int:
             folder.rmdir()
         raise KeyboardInterrupt
     result = score(trace)
+    files.write_file(folder / "wire.bin", bytes(trace.wire))
     _write_frames(folder / "frames.csv", trace)
     text = json.dumps(_without_nan(result.as_dict()), indent=1, allow_nan=False) + "\n"
     files.write_file(folder / "score.json", text)
@@ -183,7 +185,7 @@ def _tell(result, folder):
         else:
             print("%-8s none" % name)
     print(
-        "%s left, %d of %s, %.1f m; path.png, strip.png, frames.csv and score.json in %s"
+        "%s left, %d of %s, %.1f m; path.png, strip.png, wire.bin, frames.csv and score.json in %s"
         % (
             counted(result.visits, "marker"),
             result.laps_completed,
