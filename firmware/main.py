@@ -1,6 +1,7 @@
 """What the board starts: the newest whole program on its flash or, if that cannot be loaded, the one before.
 
-A program lies in one of two folders and is whole when the file `complete`, written last, holds its number.
+A program lies in one of two folders or in ROMFS, and is whole when the file `complete`, written last, holds
+its number.
 Without such a folder the program is looked for in the library (as `mip` installs it).
 """
 
@@ -8,6 +9,7 @@ import os
 import sys
 
 FOLDERS = ("larics_a", "larics_b")
+ROM = "/rom"  # files that are read in place
 
 
 def root():
@@ -17,8 +19,7 @@ def root():
 def programs():
     """Paths of the whole programs, newest first."""
     found = []
-    for name in FOLDERS:
-        path = root() + name
+    for path in [root() + name for name in FOLDERS] + [ROM]:
         try:
             with open(path + "/complete") as file:
                 found.append((int(file.read()), path))

@@ -72,6 +72,37 @@ class Disk:
         return 0
 
 
+class Rom:
+    """`vfs` as on a board with a ROMFS partition, which lies in a file. OSError without that."""
+
+    BLOCK = 4096
+
+    def __init__(self, path):
+        self.path = path
+        with open(path, "rb") as file:
+            self.memory = bytearray(file.read())
+        if self.memory[:3] == b"\xd2\xcd\x31":
+            vfs.mount(vfs.VfsRom(self.memory), "/rom")
+        self.umount = vfs.umount
+
+    def rom_ioctl(self, operation, number=0, *arguments):
+        if operation == 1:
+            return 1
+        if operation == 2:
+            return self.memory
+        if operation == 3:
+            first, count = arguments
+            self.memory[first : first + count] = b"\xff" * count
+            return 16
+        if operation == 4:
+            first, data = arguments
+            self.memory[first : first + len(data)] = data
+        if operation == 5:
+            with open(self.path, "wb") as file:
+                file.write(self.memory)
+        return self.BLOCK if operation == 6 else 0
+
+
 def boot():
     """What a board does after its reset: boot.py, then main.py, if they are there."""
     for name in ("boot.py", "main.py"):
@@ -162,6 +193,10 @@ def main(image, identity):
     except OSError:  # new
         vfs.VfsFat.mkfs(disk)
         vfs.mount(vfs.VfsFat(disk), "/flash")
+    try:
+        sys.modules["vfs"] = Rom(image + ".rom")
+    except OSError:
+        pass  # most boards have no such partition
     os.chdir("/flash")
     sys.path[:] = ["", "/flash", "/flash/lib", ".frozen", here + "/fakes"]
     omv.name = identity

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 import serial
+from mpremote.romfs import VfsRomWriter
 
 import larics
 from larics.boards import BOARDS, find
@@ -246,6 +247,44 @@ def interrupted_install(board, root, steps):
         except SessionError:
             finished = False
         return finished, session.exists("/flash/main.py")
+
+
+def with_rom(board, content=b"", size=65536):
+    """Restarts the board with a ROMFS partition of that content."""
+    board.power_off()
+    file = board.image.with_name(board.image.name + ".rom")
+    file.write_bytes(content + b"\xff" * (size - len(content)))
+    board.power_on()
+    return file
+
+
+def test_romfs_takes_the_program_and_what_was_before_is_the_way_back(board, tmp_path, monkeypatch, capsys):
+    one, two = tiny_program(tmp_path, "one"), tiny_program(tmp_path, "two")
+    assert flash(board, one, monkeypatch) == 0
+    before = tree(board)
+    assert flash(board, two, monkeypatch, "--romfs") == 2
+    assert "no ROMFS partition: flash it without --romfs" in capsys.readouterr().err
+    model = VfsRomWriter()
+    model.mkfile("model.tflite", b"weights")
+    with_rom(board, bytes(model.finalise()))
+    assert flash(board, two, monkeypatch, "--romfs") == 2
+    assert "holds other files (model.tflite)" in capsys.readouterr().err
+    with_rom(board, size=64)
+    assert flash(board, two, monkeypatch, "--romfs") == 2
+    assert "ROMFS has 0 KB, " in capsys.readouterr().err and tree(board) == before
+
+    file = with_rom(board)
+    assert flash(board, two, monkeypatch, "--romfs") == 0
+    said = capsys.readouterr().out
+    assert "into /rom as number 1" in said and tree(board).keys() == before.keys()
+    assert "two" in board.boots()
+    image = file.read_bytes()
+    with_rom(board, image[:300])  # as when the power fails
+    assert "one" in board.boots()
+    assert flash(board, two, monkeypatch, "--romfs") == 0
+    assert file.read_bytes() == image
+    assert flash(board, tiny_program(tmp_path, "six"), monkeypatch) == 0  # newer than that in ROMFS
+    assert "six" in board.boots()
 
 
 def test_only_what_is_known_is_said_of_a_start_that_failed(board, tmp_path, monkeypatch, capsys):

@@ -15,6 +15,7 @@ EXAMPLE = """
 larics flash --dry-run             # says what it would do
 larics flash                       # the one board that is connected
 larics flash --port /dev/ttyACM0
+larics flash --romfs               # less of the heap, on boards that have a ROMFS partition
 """
 
 _BANNER_S = 30
@@ -27,6 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--serial", metavar="NUMBER", help="the board with this USB serial number")
     parser.add_argument("--dry-run", action="store_true", help="look at the board, write nothing")
     parser.add_argument("--wire", metavar="DEVICE", help="also wait for the first message on this UART")
+    parser.add_argument(
+        "--romfs",
+        action="store_true",
+        help="where files are read in place: for boards with little memory",
+    )
     parser.add_argument("--no-restart", action="store_true", help="leave the board at its REPL")
 
 
@@ -54,8 +60,8 @@ def run(args: argparse.Namespace) -> int:
         print("  %s (%s), MicroPython %s%s" % (board.name, identity, version, release))
         march = build.architecture(mpy, board)
         files = build.compile_program(root, march)
-        starters = [(root / "firmware" / name).read_bytes() for name in ("main.py", "boot.py")]
-        plan = install.Plan(session, files, *starters)
+        loader, rescue = [(root / "firmware" / name).read_bytes() for name in ("main.py", "boot.py")]
+        plan = install.Plan(session, files, loader, rescue, args.romfs)
         plan.check_space(session)
         _describe(plan, march)
         if args.dry_run:
@@ -91,7 +97,7 @@ def _progress(done, total, name):
     text = "  %3d %%  %-30s" % (100 * done // total, name)
     if sys.stdout.isatty():
         print("\r" + text, end="\n" if name == "done" else "", flush=True)
-    elif name in ("main.py", "done"):
+    elif name in ("ROMFS", "main.py", "done"):
         print(text.rstrip())
 
 

@@ -6,7 +6,9 @@ import contextlib
 import hashlib
 import io
 import os
+import tempfile
 import time
+from types import SimpleNamespace
 from typing import Any
 
 from mpremote.transport import TransportError
@@ -168,6 +170,45 @@ class Session:
             raise SessionError("writing %s failed: %s" % (path, _last_line(error))) from error
         if bytes(found) != hashlib.sha256(data).digest():
             raise SessionError("%s reads back differently from what was written" % path)
+
+    def rom_bytes(self) -> int:
+        """Size of the partition whose files are read in place (ROMFS); 0 without one."""
+        self.run(
+            "def _rom_bytes():\n"
+            " try:\n"
+            "  import vfs\n"
+            "  if vfs.rom_ioctl(1) < 1:\n"
+            "   return 0\n"
+            "  dev = vfs.rom_ioctl(2, 0)\n"
+            "  return dev.ioctl(4, 0) * dev.ioctl(5, 0) if hasattr(dev, 'ioctl') else len(dev)\n"
+            " except (ImportError, AttributeError, TypeError):\n"
+            "  return 0\n"
+        )
+        return self.evaluate("_rom_bytes()")
+
+    def names(self, path: str) -> list[str]:
+        """What lies in a folder; nothing when there is none."""
+        self.run("import os\ntry:\n n = os.listdir(%r)\nexcept OSError:\n n = []" % path)
+        return self.evaluate("n")
+
+    def deploy_rom(self, image: bytes) -> None:
+        """Writes the first ROMFS partition and compares its hash; raises SessionError when it differs."""
+        from mpremote import commands
+
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "program.romfs")
+            with open(file, "wb") as opened:
+                opened.write(image)
+            state = SimpleNamespace(transport=self._link, ensure_raw_repl=int, did_action=int)
+            arguments = SimpleNamespace(command=["deploy"], partition=0, path=file, mpy=False)
+            try:
+                with contextlib.redirect_stdout(io.StringIO()):
+                    commands.do_romfs(state, arguments)
+            except (*_TROUBLE, commands.CommandError, SystemExit) as error:
+                raise SessionError("writing ROMFS failed: %s" % _last_line(error)) from error
+        self.run("import vfs, hashlib\nh = hashlib.sha256(memoryview(vfs.rom_ioctl(2, 0))[:%d])" % len(image))
+        if self.evaluate("h.digest()") != hashlib.sha256(image).digest():
+            raise SessionError("ROMFS reads back differently from what was written")
 
     def rename(self, source: str, target: str) -> None:
         """On the board; there must be no target."""
