@@ -153,6 +153,7 @@ def test_every_place_tells_one_version():
         "ros2/larics_msgs/package.xml": r"<version>(.+)</version>",
         "ros2/larics_ros/package.xml": r"<version>(.+)</version>",
         "ros2/larics_ros/setup.py": r'version="(.+)"',
+        "CHANGELOG.md": r"^## (\d\S*)",
         "docs/release.md": r"^# Release (\S+)",
         "README.md": r"^State: version (\S+)\.",
         "docs/wire.md": r"^    \$PLRCS,(\d[^,]*),",
