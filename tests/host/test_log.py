@@ -123,6 +123,7 @@ def test_existing_files_are_kept(tmp_path, capsys):
     [
         (["--port", "/dev/no-such-port"], "no port /dev/no-such-port"),
         (["--port", "/dev/null"], "cannot open the port /dev/null"),
+        (["--port", "no-such-camera"], "no port no-such-camera (serial ports here: "),
         (["--port", "/"], "/ is no serial port"),
         (["--input", "/no/such/file"], "cannot read /no/such/file"),
         (["--input", "/dev/null"], "no message came from /dev/null"),

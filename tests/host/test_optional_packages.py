@@ -1,5 +1,7 @@
 """Without an optional package, the one command that needs it says so in one line."""
 
+import os
+import subprocess
 import sys
 import tomllib
 
@@ -43,3 +45,10 @@ def test_the_extras_that_are_named_install_what_is_missing():
     for package, extra in EXTRAS.items():
         names = [requirement.split(";")[0] for requirement in extras[extra]]
         assert package.replace("_", "-") in names and extra in extras["all"][0]
+
+
+def test_a_home_that_cannot_be_written_is_no_matter_for_plots():
+    code = "from larics_host.plots import new_figure, png\npng(new_figure(1, 1))"
+    environment = dict(os.environ, MPLCONFIGDIR="/dev/null/none", PYTHONPATH=str(ROOT / "host"))
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == ""

@@ -97,7 +97,7 @@ def is_busy(port: str) -> bool:
 
 
 def _why_not_open(port, error):
-    if not os.path.exists(port) and "/" in port:
+    if not os.path.exists(port) and ("/" in port or os.name == "posix"):
         found = ", ".join(item.device for item in list_ports.comports()) or "none"
         return "no port %s (serial ports here: %s)" % (port, found)
     if getattr(error, "errno", None) in _BUSY or (os.name == "nt" and "PermissionError" in str(error)):
