@@ -270,9 +270,9 @@ class Carrier:
         odometry = self._odometry
         if fix.entry == self._near_entry:
             told_x, told_y = odometry.x_mm10 - self._near_odometry_x, odometry.y_mm10 - self._near_odometry_y
-            way = length(told_x, told_y)
-            if way < _NEAR_MM10:
+            if max(abs(told_x), abs(told_y)) < _NEAR_MM10:
                 return
+            way = length(told_x, told_y)
             if way <= _NEAR_MOST_MM10:
                 turn_cdeg = self._near_heading - self._near_odometry_heading
                 x, y = fix.x_mm10 - self._near_x, fix.y_mm10 - self._near_y
