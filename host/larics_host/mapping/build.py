@@ -1,8 +1,7 @@
 """A map from what logs tell and what is known by hand: first laid out, then solved as one pose graph.
 
-Readings that contradict all others are set aside, worst first, and taken back when they fit after all; the
-noise of the wheels follows from how well the drives close. What the map says of a marker's place comes with
-its standard deviation: against the anchor and the given places, or without any against the map as a whole.
+What the map says of a marker's place comes with its standard deviation: against the anchor and the given
+places, or without any against the map as a whole.
 """
 
 from __future__ import annotations
@@ -17,27 +16,20 @@ import numpy as np
 
 from larics_host.errors import UserError
 from larics_host.mapping import graph as graphs
-from larics_host.mapping.association import GATE
 from larics_host.mapping.collect import Collected
 from larics_host.mapping.graph import Graph, Link, Reading
 from larics_host.mapping.layout import Group, Layout, Part, layout
 from larics_host.mapping.links import Place
 from larics_host.mapping.moves import Move, find_moves
 from larics_host.mapping.poses import Pose, after, inverse, rigid_fit
+from larics_host.mapping.settle import settle
 from larics_host.mapping.ties import tie
 from larics_host.wording import counted
 
 _NOISE = 0.001  # of the wheels, to begin with: a slip in 50 m
-_NOISE_RANGE = (2e-4, 0.1)
-_SLIP = 25.0  # squares of its sigma that a leg counts at most
-_NOISE_FREEDOM = 12  # degrees of freedom from which on the noise is told by the drives themselves
 _LAYOUTS = 2  # the second where the noise turned out to be ...
 _LAID_OUT_ANEW = 2.5  # ... so many times what was thought
 _PARTS = 6  # that the readings of two markers seen together are cut into, in their order
-_LINK_GATE = 36.0  # squares of its sigma by which a link may be off
-_ROUNDS = 15
-_TAKEN_BACK = 12.0  # chi-squared of a reading that fits again
-_CLOSE = 3  # passages beside one that is set aside, which it may have spoilt
 _EXPLAINED = 0.8  # of the passages, in a map that did not lose its association
 _JUDGED = 10  # passages from which on that is asked
 _CARRIED_MM, _CARRIED_RAD = 700.0, 0.35  # more than slips between two markers
@@ -109,13 +101,13 @@ def build(
         done = (1 + 3 * attempt) / (4 * _LAYOUTS)
         progress(done)
         graph, passages = _graph(main, laid, collected, request, noise)
-        _settle(graph, main, progress, done)
+        settle(graph, main, progress, done)
         if not passages or graph.noise < _LAID_OUT_ANEW * noise:
             break
         noise = graph.noise  # much worse than thought: other passages may be of one marker then
     moves = find_moves(graph, laid.places)
     if moves:
-        _settle(graph, main, progress, 0.7)
+        settle(graph, main, progress, 0.7)
     unread = _refuse_lost(graph, passages)
     progress(0.95)
     former = {move.former for move in moves}
@@ -267,93 +259,6 @@ def _place(graph, laid, request):
     for kept in (graph.poses, graph.places):
         for number, pose in kept.items():
             kept[number] = after(motion, pose)
-
-
-def _settle(graph, main, progress, done):
-    """Solves until the same readings and links count as before, and the noise is that of the drives."""
-    flips: Counter[int] = Counter()
-    for turn in range(_ROUNDS):
-        _drop_unread(graph)
-        graph.solve()
-        if not turn:
-            _again_from_here(graph, main)
-        changed = _set_links_aside(graph)
-        changed |= _set_aside(graph, graph.surprises(graph.marginals()), flips)
-        progress(done + 0.25 * (turn + 1) / _ROUNDS)
-        # what is wrong strains the wheels as long as it counts
-        if not changed and not _heed_noise(graph) and turn:
-            break
-    _drop_unread(graph)
-    graph.solve()
-
-
-def _drop_unread(graph):
-    """Takes out what no reading or link ties any more."""
-    tied = {one.place for one in graph.readings if one.used}
-    tied |= {number for one in graph.links if one.used for number in (one.first, one.second)}
-    if graph.anchor is not None:
-        tied.add(graph.anchor)
-    graph.places = {number: pose for number, pose in graph.places.items() if number in tied}
-    graph.readings = [one for one in graph.readings if one.place in graph.places]
-    graph.links = [one for one in graph.links if {one.first, one.second} <= set(graph.places)]
-    graph.distances = [one for one in graph.distances if {one[0], one[1]} <= set(graph.places)]
-    graph.given = [one for one in graph.given if one[0] in graph.places]
-
-
-def _again_from_here(graph, main):
-    """Legs for the shares that were found."""
-    first = 0
-    legs = []
-    for part, _, _ in main.parts:
-        if part.drive is not None:
-            log = part.drive.log
-            new = part.legs(graph.shares[log])
-            legs += [(log, first + k, first + k + 1, leg) for k, leg in enumerate(new)]
-            first += len(part.drive.passages)
-    graph.legs = legs
-
-
-def _heed_noise(graph):
-    legs, other, freedom = graph.squares(_SLIP)
-    if freedom < _NOISE_FREEDOM:
-        return False
-    if not graph.legs:
-        before = graph.link_noise
-        graph.link_noise = min(max(before * other / freedom, 0.1), 100.0)
-        return not 0.9 < graph.link_noise / before < 1.1
-    share = legs / max(freedom - other, 0.1 * freedom)
-    before = graph.noise
-    graph.noise = min(max(before * min(max(share, 0.4), 2.5), _NOISE_RANGE[0]), _NOISE_RANGE[1])
-    return not 0.9 < graph.noise / before < 1.1
-
-
-def _set_links_aside(graph):
-    changed = False
-    for one, squares in zip(graph.links, graph.link_squares(), strict=True):
-        used = squares / graph.link_noise < _LINK_GATE
-        changed |= used != one.used
-        one.used = used
-    return changed
-
-
-def _set_aside(graph, surprises, flips):
-    """Sets aside what contradicts all else, of neighbours the worst; takes back what fits."""
-    changed = False
-    near: set[int] = set()
-    places: set[int] = set()
-    for k in np.argsort(-np.nan_to_num(surprises)):
-        one, square = graph.readings[k], surprises[k]
-        if one.used and square > GATE and one.passage not in near and one.place not in places:
-            one.used = False
-            near.update(range(one.passage - _CLOSE, one.passage + _CLOSE + 1))
-            places.add(one.place)
-        elif not one.used and square < _TAKEN_BACK and flips[one.passage] < 2 and one.place not in places:
-            one.used = True
-            flips[one.passage] += 1
-        else:
-            continue
-        changed = True
-    return changed
 
 
 def _refuse_lost(graph, passages):
