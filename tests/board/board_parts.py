@@ -5,8 +5,10 @@ import time
 from app import App
 from cameras.replay import Replay
 from larics.arith.fixed import atan2_turn16, isqrt
+from larics.locate.vehicle_clock import later_us
 from larics.settings import Settings
 from larics.wire import codec as protocol
+from larics.wire.messages import COUNT_MAX
 
 
 class Uart:
@@ -55,25 +57,23 @@ class Uart:
 class Clock:
     """Goes on by `step_us` with each reading, and by hand; wraps as a board's does."""
 
-    PERIOD = 1 << 30
-
     def __init__(self, step_us=0):
-        self.now_us = self.PERIOD - 2000000
+        self.now_us = -2000000  # short of the wrap; a sum beyond 30 bits would take memory
         self.step_us = step_us
 
     def ticks_us(self):
         self.now_us += self.step_us
-        return self.now_us % self.PERIOD
+        return self.now_us & COUNT_MAX
 
     def ticks_ms(self):
-        return self.now_us // 1000 % self.PERIOD
+        return self.now_us // 1000 + 1073741 & COUNT_MAX
 
     def ticks_add(self, ticks, delta):
-        return (ticks + delta) % self.PERIOD
+        return later_us(ticks, delta)
 
     def ticks_diff(self, end, start):
-        half = self.PERIOD // 2
-        return (end - start + half) % self.PERIOD - half
+        passed = (end - start) & COUNT_MAX
+        return passed - COUNT_MAX - 1 if passed > COUNT_MAX >> 1 else passed
 
     def sleep_ms(self, ms):
         self.now_us += 1000 * ms
