@@ -19,6 +19,7 @@ from larics_host.truth import by_frame, read_truth
 from pc import byte_lines
 from tests.host.mjpeg import NAMES, PICTURES, jpeg, mjpeg_server
 from tests.host.test_dual import ROOT
+from tests.host.waiting import PATIENCE_S
 
 # other scenes, one after the other: there is nothing to be tracked
 UNTRACKED = "--set", "tracking=false"
@@ -63,7 +64,7 @@ def running(tmp_path, *options):
         yield process, found.group(1)
     finally:
         process.terminate()
-        process.communicate(timeout=60)
+        process.communicate(timeout=PATIENCE_S)
 
 
 class Listener:
@@ -71,13 +72,13 @@ class Listener:
 
     def __init__(self, address):
         host, port = address.split(":")
-        self._socket = socket.create_connection((host, int(port)), timeout=60)
+        self._socket = socket.create_connection((host, int(port)), timeout=PATIENCE_S)
         self._receiver = Receiver()
         self._waiting = []
 
     def until(self, wanted):
         """The first message from now on for which wanted(name, fields) is true."""
-        end_s = time.monotonic() + 90
+        end_s = time.monotonic() + PATIENCE_S
         while time.monotonic() < end_s:
             while self._waiting:
                 message = self._waiting.pop(0)
@@ -99,7 +100,7 @@ def test_every_frame_of_a_video_is_reported_with_its_marker(tmp_path):
         command(tmp_path, "--source", source, "--every", "--stdout", *UNTRACKED),
         env=environment(tmp_path),
         capture_output=True,
-        timeout=120,
+        timeout=PATIENCE_S,
     )
     assert done.returncode == 0, done.stderr
     truths = by_frame(read_truth(ROOT / "tests/frames"))
@@ -118,7 +119,7 @@ def test_large_frames_are_reduced_by_a_whole_factor(tmp_path):
         command(tmp_path, "--source", source, "--stdout", "--set", "radius_max_px=66"),
         env=environment(tmp_path),
         capture_output=True,
-        timeout=120,
+        timeout=PATIENCE_S,
     )
     messages = messages_of(done.stdout)
     info = next(fields for name, fields in messages if name == "INFO")
@@ -168,8 +169,8 @@ def test_a_source_that_vanishes_is_opened_again(tmp_path):
 
 
 def test_settings_are_kept_for_the_next_start(tmp_path):
-    source = video(tmp_path / "drive.avi", PICTURES * 200, fps=20)
-    with running(tmp_path, "--source", source, "--link", str(tmp_path / "larics")):
+    link = "--link", str(tmp_path / "larics")
+    with mjpeg_server() as server, running(tmp_path, "--source", server.address, *link):
         pairs = [sys.executable, "-m", "larics_host", "settings"]
         port = ["--port", str(tmp_path / "larics")]
         for words in (["set", "max_speed_mm_s=1234"], ["save"]):
@@ -219,7 +220,7 @@ def test_bad_input_is_one_line(tmp_path, options, said):
         env=environment(tmp_path),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         cwd=tmp_path,
     )
     assert done.returncode == 2 and said in done.stderr, done.stderr
@@ -232,10 +233,12 @@ def test_a_port_that_cannot_be_opened_is_told_plainly():
 
 
 def test_a_port_and_settings_belong_to_one_camera(tmp_path):
-    source = video(tmp_path / "drive.avi", PICTURES * 200, fps=20)
-    with running(tmp_path, "--source", source):
+    with mjpeg_server() as server, running(tmp_path, "--source", server.address):
         done = subprocess.run(
-            command(tmp_path, "--source", source), env=environment(tmp_path), capture_output=True, text=True
+            command(tmp_path, "--source", server.address),
+            env=environment(tmp_path),
+            capture_output=True,
+            text=True,
         )
         assert done.returncode == 2 and "another larics camera uses" in done.stderr
 
@@ -250,14 +253,13 @@ def test_it_ends_when_nobody_reads_its_output(tmp_path):
     )
     process.stdout.read(10)
     process.stdout.close()
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=PATIENCE_S) == 0
     assert b"Traceback" not in process.stderr.read()
     process.stderr.close()
 
 
 def test_a_signal_ends_it_well(tmp_path):
-    source = video(tmp_path / "drive.avi", PICTURES * 200, fps=20)
     for number in (signal.SIGTERM, signal.SIGINT):
-        with running(tmp_path, "--source", source) as (process, _):
+        with mjpeg_server() as server, running(tmp_path, "--source", server.address) as (process, _):
             process.send_signal(number)
-            assert process.wait(timeout=60) == 0
+            assert process.wait(timeout=PATIENCE_S) == 0

@@ -14,6 +14,7 @@ from larics_host.connection.line_watch import LineWatch
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
 from tests.host.test_log import larics, marker_values, wire, write_all
+from tests.host.waiting import PATIENCE_S
 
 NOISE = random.Random(3).randbytes(3000)
 
@@ -155,7 +156,7 @@ def test_a_client_whose_camera_talks_but_does_not_hear():
 def test_a_log_of_a_silent_and_of_a_garbled_port(tmp_path):
     with PtyPair() as cable:
         process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "a"), "--seconds", "0.5")
-        _, err = process.communicate(timeout=20)
+        _, err = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 2 and "no message came from %s, not a byte" % cable.device_b in err
         process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "b"), "--seconds", "2")
         while process.poll() is None:

@@ -16,6 +16,7 @@ from larics_host.monitor import web
 from larics_host.monitor.session import Session
 from larics_host.monitor.state import MonitorState
 from tests.host.test_log import marker_values, wire
+from tests.host.waiting import PATIENCE_S
 
 
 class Camera:
@@ -55,7 +56,7 @@ def server():
 
 
 def connect(server):
-    return socket.create_connection(("127.0.0.1", server.server_port), timeout=10)
+    return socket.create_connection(("127.0.0.1", server.server_port), timeout=PATIENCE_S)
 
 
 def exchange(server, data):
@@ -115,7 +116,7 @@ def test_a_refusal_reaches_who_sent_a_large_body(server):
 
 
 def test_plain_requests_may_follow_each_other(server):
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=PATIENCE_S)
     for _ in range(3):
         connection.request("GET", "/")
         answer = connection.getresponse()
@@ -213,7 +214,7 @@ def test_a_browser_that_goes_away_leaves_no_trace(server, capfd):
             link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closes by a reset
     # all threads have ended when all places are free
     for _ in range(local_server.CONNECTIONS):
-        assert server._free.acquire(timeout=10)
+        assert server._free.acquire(timeout=PATIENCE_S)
     out, err = capfd.readouterr()
     assert (out, err) == ("", "")
 

@@ -19,6 +19,7 @@ from larics_host.truth import read_truth
 from tests.host.test_dual import ROOT
 from tests.host.test_log import marker_values, rows, status_values, wait_for_lines, wire, write_all
 from tests.host.test_monitor import firmware
+from tests.host.waiting import PATIENCE_S
 
 ENVIRONMENT = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
 COMMAND = [sys.executable, "-m", "larics_host"]
@@ -37,7 +38,7 @@ def run_with_room(size, *argv, **more):
         text=True,
         env=ENVIRONMENT,
         preexec_fn=limit,
-        timeout=120,
+        timeout=PATIENCE_S,
         **more,
     )
     assert "Traceback" not in result.stderr
@@ -211,7 +212,7 @@ def test_an_output_that_nobody_reads_ends_every_command_alike(camera, run_bin, t
         text=True,
         env=ENVIRONMENT,
         preexec_fn=(lambda: os.close(1)) if closed == "stdout" else None,
-        timeout=60,
+        timeout=PATIENCE_S,
     )
     os.close(writer)
     assert result.returncode == 141
@@ -247,7 +248,7 @@ def test_json_lines_go_to_standard_output_as_they_come(tmp_path):
             moment = datetime.datetime.fromisoformat(record["time"])
             assert before <= moment <= datetime.datetime.now(datetime.UTC)
         process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=20)
+        _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0 and "received" in err and list(tmp_path.iterdir()) == []
 
 
@@ -276,7 +277,7 @@ def test_absolute_times_stand_in_the_lines_of_a_log(tmp_path):
         wait_for_lines(tmp_path / "run.jsonl", 1)
         after = datetime.datetime.now(datetime.UTC)
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20)
+        process.communicate(timeout=PATIENCE_S)
     (record,) = map(json.loads, (tmp_path / "run.jsonl").read_text().splitlines())
     assert record["time"].endswith("Z") and before <= datetime.datetime.fromisoformat(record["time"]) <= after
 

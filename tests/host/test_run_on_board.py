@@ -8,7 +8,7 @@ import pytest
 
 from larics_host.connection.pty_pair import PtyPair
 from tests.host.test_dual import ROOT, unix_port
-from tests.host.waiting import wait_until
+from tests.host.waiting import PATIENCE_S, wait_until
 
 SCRIPT = """import sys
 import lent_module
@@ -48,7 +48,7 @@ def run(board, tmp_path, last, name="frame.raw"):
         env=dict(os.environ, MICROPYPATH="shared:%s:.frozen" % (tmp_path / "lent")),
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=PATIENCE_S,
     )
 
 

@@ -2,7 +2,7 @@
 
 import time
 
-PATIENCE_S = 120  # reached only where something is broken
+PATIENCE_S = 300  # reached only where something is broken
 
 
 def wait_until(condition, limit_s=PATIENCE_S):

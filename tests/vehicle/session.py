@@ -86,5 +86,5 @@ class Session:
 
     def __exit__(self, *_):
         self._process.stdin.close()
-        assert self._process.wait(timeout=20) == 0  # a sanitizer would have ended it otherwise
+        assert self._process.wait(timeout=300) == 0  # a sanitizer would have ended it otherwise
         self._process.stdout.close()
