@@ -59,6 +59,8 @@ def running(tmp_path, *options):
     )
     try:
         line = process.stderr.readline()
+        if "compiling" in line:  # where nothing was compiled before
+            line = process.stderr.readline()
         found = re.search(r" to (\S+)$", line.strip())
         assert found, line
         yield process, found.group(1)
