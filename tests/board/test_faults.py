@@ -416,7 +416,7 @@ def test_memory_that_runs_out_is_collected():
         def detect(self, frame):
             Hungry.calls += 1
             if Hungry.calls < 3:
-                bytearray(1 << 40)
+                bytearray(1 << 29)
             return real.detect(frame)
 
     app.parts.sensor.detector = Hungry()
