@@ -67,7 +67,7 @@ def python_run(wanted, seed=1):
     def judge(number, sequence, values):
         figures["accepted"] += 1
         expected = sent[sequence] if sequence < len(sent) else None
-        if expected is None or expected[0] != number or expected[2] != values:
+        if expected is None or expected[0] != number or expected[2] != list(values):
             figures["forged"] += 1
 
     decoder = Decoder(judge)

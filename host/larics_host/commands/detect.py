@@ -162,14 +162,33 @@ class _View:
             address = "http://127.0.0.1:%d/  (Ctrl-C ends)" % self._server.server_port
             print(address, file=sys.stderr if args.json else sys.stdout, flush=True)
 
+    def is_stopped(self):
+        return self._stopped
+
     def until_stopped(self, results, live):
         """Ctrl-C ends a live picture or a page, and what was found is told; otherwise it interrupts."""
+        if live:
+            yield from self._live(results)
+            return
         try:
             yield from results
         except KeyboardInterrupt:
-            if not live and not self.on:
+            if not self.on:
                 raise
             self._stopped = True
+
+    def _live(self, results):
+        """A flag and no exception, which compiled code that called back may swallow."""
+        from larics_host.connection.byte_sources import stop_on_signals
+
+        def note():
+            self._stopped = True
+
+        with stop_on_signals(live=True, note=note):
+            for result in results:
+                yield result
+                if self._stopped:
+                    return
 
     def show(self, result):
         if self.on:
@@ -204,12 +223,12 @@ def run(args: argparse.Namespace) -> int:
     frames = with_marker = skipped = 0
     ids: Counter[Any] = Counter()
     times_ms = []
+    view = _View(args)
     if live:
-        results = batch.detect_live(live_frames(live), options)
+        results = batch.detect_live(live_frames(live, view.is_stopped), options)
     else:
         keep = bool(drawings) or args.web is not None
         results = batch.detect_all(args.frames, options, args.jobs, keep_frames=keep)
-    view = _View(args)
     for result in view.until_stopped(watched(results, total), live):
         name, found = result.name, result.found
         if found is None:

@@ -159,17 +159,19 @@ class ReconnectingSource:
 
 
 @contextlib.contextmanager
-def stop_on_signals(live: bool) -> Iterator[Callable[[], bool]]:
+def stop_on_signals(live: bool, note: Callable[[], object] = lambda: None) -> Iterator[Callable[[], bool]]:
     """A function that tells whether Ctrl-C or SIGTERM came. A source that is not live may block for ever,
-    so there they raise KeyboardInterrupt; from a live one nothing that was read gets lost."""
+    so there they raise KeyboardInterrupt; from a live one nothing that was read gets lost. note: called
+    when one comes."""
     came = []
 
-    def note(*_):
+    def take(*_):
         came.append(True)
+        note()
         if not live:
             raise KeyboardInterrupt
 
-    previous = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    previous = {number: signal.signal(number, take) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield lambda: bool(came)
     finally:

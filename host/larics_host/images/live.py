@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -28,8 +28,8 @@ def is_live(text: str) -> bool:
 class _Newest:
     """A thread that fetches; `take` waits for a frame that was not taken yet."""
 
-    def __init__(self, capture):
-        self._capture = capture
+    def __init__(self, capture, stopped):
+        self._capture, self._stopped = capture, stopped
         self._changed = threading.Condition()
         self._frame = None
         self._ended = False
@@ -46,9 +46,9 @@ class _Newest:
         self._capture.release()
 
     def take(self):
-        """The frame, or None when no more comes."""
+        """The frame, or None when no more comes or it is to stop."""
         with self._changed:
-            while self._frame is None and not self._ended:
+            while self._frame is None and not self._ended and not self._stopped():
                 self._changed.wait(0.1)  # Ctrl-C comes through
             frame, self._frame = self._frame, None
         return frame
@@ -60,8 +60,10 @@ class _Newest:
         self._thread.join(_TIMEOUT_MS / 1000 + 1)
 
 
-def live_frames(name: str) -> Iterator[tuple[str, np.ndarray]]:
-    """Yields (name#number, grey frame) until the source ends. UserError when it cannot be opened."""
+def live_frames(name: str, stopped: Callable[[], bool] = lambda: False) -> Iterator[tuple[str, np.ndarray]]:
+    """Yields (name#number, grey frame) until the source ends or it is stopped.
+
+    UserError when it cannot be opened."""
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     import cv2
@@ -75,7 +77,7 @@ def live_frames(name: str) -> Iterator[tuple[str, np.ndarray]]:
         capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG, limits)
     if not capture.isOpened():
         raise UserError("%s cannot be opened: busy, or no camera" % name)
-    newest = _Newest(capture)
+    newest = _Newest(capture, stopped)
     number = 0
     try:
         while (image := newest.take()) is not None:
@@ -84,5 +86,5 @@ def live_frames(name: str) -> Iterator[tuple[str, np.ndarray]]:
             number += 1
     finally:
         newest.end()
-    if not number:
+    if not number and not stopped():
         raise UserError("%s delivers no frame" % name)
