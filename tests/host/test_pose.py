@@ -55,7 +55,8 @@ def test_poses_follow_an_arc(x, y, heading, speed, turn, period_us):
         aside = abs(angle_difference(found.heading_cdeg / 100, vehicle[2]))
         if state == TRACKING:
             assert off < 0.45 and aside < 0.02
-            assert found.sigma_mm10 <= 50 and found.age_us == 0
+            # at few frames a second the first curves between them count as scatter
+            assert found.sigma_mm10 <= (50 if period_us < 100000 else 600) and found.age_us == 0
         elif state == COASTING:
             # two markers in one frame give a pose, but no speed yet: sigma says so
             assert off < max(3 + 0.1 * abs(speed) * found.age_us * 1e-6, 0.3 * found.sigma_mm10)
