@@ -177,9 +177,9 @@ def write_report(path, scores, surveyed=None):
         "push until the next marker is left; without pushes, the time between two markers left that do not "
         "follow each other in the route.",
         "",
-        "The last row is driven with settings that are off by as much as a good calibration may leave. In "
-        "all others settings and map are exact: the parts of sigma that stand for their errors have no "
-        "error to answer for, and errors are small beside it.",
+        "The last row is driven with settings that are off by as much as a good calibration may leave, and "
+        "that say so. In all others settings and map are exact: the parts of sigma that stand for their "
+        "errors have no error to answer for, and errors are small beside it.",
         "",
         *_totals(scores),
         *(section(surveyed) if surveyed else []),

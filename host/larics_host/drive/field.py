@@ -241,6 +241,15 @@ def draw_field(name: str, seed: int) -> Field:
     )
 
 
+# how well a calibration that is off by so much knows itself to be
+_WRONG_BY = {
+    "focal_sigma_ppm": 2000,
+    "mount_sigma_cdeg": 10,
+    "tilt_sigma_cdeg": 20,
+    "camera_sigma_mm10": 10,
+}
+
+
 def camera_settings(
     camera: Camera, markers: dict[int, tuple[float, float, float]], condition: Condition
 ) -> dict[str, Any]:
@@ -260,6 +269,7 @@ def camera_settings(
         "camera_x_mm10": round((camera.offset_x_mm + off) * 10),
         "camera_y_mm10": round(camera.offset_y_mm * 10),
         "ceiling_mm10": round(CEILING_MM * 10),
+        **(_WRONG_BY if condition.miscalibrated else {}),
         "radius_min_px": int(radius_px * 0.85),
         "radius_max_px": math.ceil(radius_px * 1.15),
         "max_speed_mm_s": int(condition.speed_mm_s),

@@ -29,7 +29,8 @@ def draw_map(
 
     xs = [marker.x_mm for marker in hall.markers]
     ys = [marker.y_mm for marker in hall.markers]
-    width, height = max(xs) - min(xs) + 1200, max(ys) - min(ys) + 1200
+    beside = _ELLIPSE_MM + 100 if ellipses else 600
+    width, height = max(xs) - min(xs) + 2 * beside, max(ys) - min(ys) + 2 * beside
     scale = 9 / max(width, height)
     figure = new_figure(max(4.0, width * scale) + 0.8, max(3.0, height * scale) + 0.6)
     axes = figure.subplots()
@@ -55,8 +56,8 @@ def draw_map(
             textcoords="offset points", ha="center", va="center", fontsize=7 if small else 9,
             weight="bold", zorder=4,
         )  # fmt: skip
-    axes.set_xlim(min(xs) - 600, max(xs) + 600)
-    axes.set_ylim(min(ys) - 600, max(ys) + 600)
+    axes.set_xlim(min(xs) - beside, max(xs) + beside)
+    axes.set_ylim(min(ys) - beside, max(ys) + beside)
     axes.set_aspect("equal")
     axes.grid(True, linewidth=0.3)
     axes.set_xlabel("x, mm")
