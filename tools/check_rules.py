@@ -33,7 +33,8 @@ ARROWS = {
 }
 HOST_ONLY = "shared/larics/_cpython.py"  # stands in for MicroPython's compiler, never on a board
 LAYOUTS = "shared/larics/kernels/layouts.py"
-ARRAY_PACKAGES = ("kernels", "direct", "blurred", "detect")  # whose constants are items of kernels' arrays
+# whose constants are items of kernels' arrays
+ARRAY_PACKAGES = ("kernels", "direct", "blurred", "coded", "detect", "device", "locate")
 ARGUMENTS_MOST = 12  # of a kernel; what belongs together goes into an array
 KERNEL_CALLS = {"int", "ptr8", "ptr16", "ptr32"}
 

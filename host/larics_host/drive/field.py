@@ -48,7 +48,7 @@ ASSUMED = (
     "a frame has the exposure that was set two frames before",
     "capture and detection take 15 ms: 3.7 ms are half the readout of 296 rows, and 11 ms are two million "
     "instructions, as counted on an emulated Cortex-M7 for a frame with one marker, at a clock of 480 MHz "
-    "and 2.7 cycles an instruction; then the line of 115200 baud",
+    "and an assumed 2.7 cycles an instruction; then the line of 115200 baud",
     "the vehicle stops below each marker and turns there, as in figure 9",
 )
 

@@ -236,3 +236,27 @@ CANDIDATE_E1 = const(11)
 CANDIDATE_E2 = const(12)
 CANDIDATE_KIND = const(13)  # how the last examination of its place ended (blurred.places)
 CANDIDATE_ITEMS = const(14)
+
+# CLOCK, the vehicle's clock in terms of the camera's (locate.vehicle_clock, kernels.odometry)
+CLOCK_KNOWN = const(0)
+CLOCK_OFFSET_US = const(1)
+CLOCK_REST_NS = const(2)
+CLOCK_HEARD_US = const(3)
+CLOCK_DRIFT_PPM = const(4)
+CLOCK_HAS_LAST = const(5)  # the earliest message of the span before
+CLOCK_LAST_US = const(6)  # when it came,
+CLOCK_LAST_OFFSET_US = const(7)  # what it told of the clocks,
+CLOCK_LAST_WAITED_US = const(8)  # how long it may have waited
+CLOCK_SPAN_MS = const(9)
+CLOCK_BEGAN_US = const(10)
+CLOCK_BEGAN_OFFSET_US = const(11)
+CLOCK_MESSAGES = const(12)
+CLOCK_EARLIEST_US = const(13)
+CLOCK_EARLIEST_OFFSET_US = const(14)
+CLOCK_WAITED_US = const(15)
+CLOCK_LEAST_US = const(16)  # by which a message was late, against the span's beginning and the drift
+CLOCK_LATE_US = const(17)  # ... against the estimate
+CLOCK_ARRIVED_US = const(18)  # the message that is heard
+CLOCK_SENT_US = const(19)
+CLOCK_READ_US = const(20)  # for how long it may have waited to be read
+CLOCK_ITEMS = const(21)

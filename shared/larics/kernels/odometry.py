@@ -14,26 +14,26 @@ _MASK = const(0x3FFFFFFF)
 _SIGN = const(0x20000000)
 
 # items of `clock`
-_KNOWN = const(0)
-_OFFSET_US = const(1)
-_REST_NS = const(2)
-_HEARD_US = const(3)
-_DRIFT_PPM = const(4)
-_HAS_LAST = const(5)  # the earliest message of the span before
+_CLOCK_KNOWN = const(0)
+_CLOCK_OFFSET_US = const(1)
+_CLOCK_REST_NS = const(2)
+_CLOCK_HEARD_US = const(3)
+_CLOCK_DRIFT_PPM = const(4)
+_CLOCK_HAS_LAST = const(5)  # the earliest message of the span before
 # 6, 7, 8: when it came, what it told of the clocks, how long it may have waited
-_SPAN_MS = const(9)
-_BEGAN_US = const(10)
-_BEGAN_OFFSET_US = const(11)
-_MESSAGES = const(12)
-_EARLIEST_US = const(13)
-_EARLIEST_OFFSET_US = const(14)
-_WAITED_US = const(15)
-_LEAST_US = const(16)  # by which a message was late, against the span's beginning and the drift
-_LATE_US = const(17)  # ... against the estimate
-_ARRIVED_US = const(18)  # the message that is heard
-_SENT_US = const(19)
-_READ_US = const(20)  # for how long it may have waited to be read
-_CLOCK_ITEMS = const(18)  # that are forgotten
+_CLOCK_SPAN_MS = const(9)
+_CLOCK_BEGAN_US = const(10)
+_CLOCK_BEGAN_OFFSET_US = const(11)
+_CLOCK_MESSAGES = const(12)
+_CLOCK_EARLIEST_US = const(13)
+_CLOCK_EARLIEST_OFFSET_US = const(14)
+_CLOCK_WAITED_US = const(15)
+_CLOCK_LEAST_US = const(16)  # by which a message was late, against the span's beginning and the drift
+_CLOCK_LATE_US = const(17)  # ... against the estimate
+_CLOCK_ARRIVED_US = const(18)  # the message that is heard
+_CLOCK_SENT_US = const(19)
+_CLOCK_READ_US = const(20)  # for how long it may have waited to be read
+_FORGOTTEN = const(18)  # that are forgotten
 
 _LEAK_PPM = const(400)  # above what crystals drift
 _LEAP_US = const(1000000)  # no clock drifts, and no message waits, for so long
@@ -92,69 +92,69 @@ def hear(mask: int, sign: int, clock: ptr32) -> int:
     when a span of messages is over, of which the caller has to learn; else 1. mask, sign: any."""
     mask = _MASK
     sign = _SIGN
-    arrived_us = int(clock[_ARRIVED_US])
-    offset_us = (arrived_us - int(clock[_SENT_US])) & mask
-    drift_ppm = ((int(clock[_DRIFT_PPM]) & mask) ^ sign) - sign
+    arrived_us = int(clock[_CLOCK_ARRIVED_US])
+    offset_us = (arrived_us - int(clock[_CLOCK_SENT_US])) & mask
+    drift_ppm = ((int(clock[_CLOCK_DRIFT_PPM]) & mask) ^ sign) - sign
     now_us = offset_us
     late_us = 0
     known = 1
-    if int(clock[_KNOWN]):
-        passed_us = (((arrived_us - int(clock[_HEARD_US])) & mask) ^ sign) - sign
+    if int(clock[_CLOCK_KNOWN]):
+        passed_us = (((arrived_us - int(clock[_CLOCK_HEARD_US])) & mask) ^ sign) - sign
         passed_ms = 0
         if passed_us > 0:
             passed_ms = passed_us // 1000
-        clock[_HEARD_US] = ((int(clock[_HEARD_US]) - sign + passed_ms * 1000) & mask) ^ sign
+        clock[_CLOCK_HEARD_US] = ((int(clock[_CLOCK_HEARD_US]) - sign + passed_ms * 1000) & mask) ^ sign
         # the offset grows with the drift, and by the leak, which makes room for a later least delay
         if passed_ms > _LONGEST_SPAN_MS:
             passed_ms = _LONGEST_SPAN_MS
-        grown_ns = passed_ms * (drift_ppm + _LEAK_PPM) + int(clock[_REST_NS])
+        grown_ns = passed_ms * (drift_ppm + _LEAK_PPM) + int(clock[_CLOCK_REST_NS])
         grown_us = grown_ns // 1000
-        clock[_REST_NS] = grown_ns - grown_us * 1000
-        now_us = ((int(clock[_OFFSET_US]) - sign + grown_us) & mask) ^ sign
+        clock[_CLOCK_REST_NS] = grown_ns - grown_us * 1000
+        now_us = ((int(clock[_CLOCK_OFFSET_US]) - sign + grown_us) & mask) ^ sign
         late_us = (((offset_us - now_us) & mask) ^ sign) - sign
         if late_us < 0 - _LEAP_US or late_us > _LEAP_US:
             known = 0
-            clock[_KNOWN] = 0
+            clock[_CLOCK_KNOWN] = 0
         if late_us < 0:
             now_us = offset_us
             late_us = 0
-    if int(clock[_KNOWN]) == 0:
+    if int(clock[_CLOCK_KNOWN]) == 0:
         k = 0
-        while k < _CLOCK_ITEMS:
+        while k < _FORGOTTEN:
             clock[k] = 0
             k += 1
         drift_ppm = 0
         now_us = offset_us
         late_us = 0
-        clock[_KNOWN] = 1
-        clock[_HEARD_US] = arrived_us
-        clock[_SPAN_MS] = _FIRST_SPAN_MS
-        clock[_BEGAN_US] = arrived_us
-        clock[_BEGAN_OFFSET_US] = offset_us
-        clock[_LEAST_US] = _LEAP_US
-        clock[_LATE_US] = _LEAP_US
-    clock[_OFFSET_US] = now_us
+        clock[_CLOCK_KNOWN] = 1
+        clock[_CLOCK_HEARD_US] = arrived_us
+        clock[_CLOCK_SPAN_MS] = _FIRST_SPAN_MS
+        clock[_CLOCK_BEGAN_US] = arrived_us
+        clock[_CLOCK_BEGAN_OFFSET_US] = offset_us
+        clock[_CLOCK_LEAST_US] = _LEAP_US
+        clock[_CLOCK_LATE_US] = _LEAP_US
+    clock[_CLOCK_OFFSET_US] = now_us
     anew = 0
-    if late_us < int(clock[_LATE_US]):
-        clock[_LATE_US] = late_us
-    clock[_MESSAGES] = int(clock[_MESSAGES]) + 1
-    span_us = (((arrived_us - int(clock[_BEGAN_US])) & mask) ^ sign) - sign
+    if late_us < int(clock[_CLOCK_LATE_US]):
+        clock[_CLOCK_LATE_US] = late_us
+    clock[_CLOCK_MESSAGES] = int(clock[_CLOCK_MESSAGES]) + 1
+    span_us = (((arrived_us - int(clock[_CLOCK_BEGAN_US])) & mask) ^ sign) - sign
     span_ms = 0
     if span_us > 0:
         span_ms = span_us // 1000
     if span_ms > 4 * _LONGEST_SPAN_MS:  # a long silence says nothing of the drift
-        clock[_HAS_LAST] = 0
+        clock[_CLOCK_HAS_LAST] = 0
         anew = 1
     else:
-        against_us = (((offset_us - int(clock[_BEGAN_OFFSET_US])) & mask) ^ sign) - sign
+        against_us = (((offset_us - int(clock[_CLOCK_BEGAN_OFFSET_US])) & mask) ^ sign) - sign
         against_us -= span_ms * drift_ppm // 1000
-        if against_us < ((int(clock[_LEAST_US]) & mask) ^ sign) - sign:
-            clock[_LEAST_US] = against_us
-            clock[_EARLIEST_US] = arrived_us
-            clock[_EARLIEST_OFFSET_US] = offset_us
-            clock[_WAITED_US] = int(clock[_READ_US])
-        if span_ms >= int(clock[_SPAN_MS]):
-            if int(clock[_MESSAGES]) >= _LEAST_MESSAGES:
+        if against_us < ((int(clock[_CLOCK_LEAST_US]) & mask) ^ sign) - sign:
+            clock[_CLOCK_LEAST_US] = against_us
+            clock[_CLOCK_EARLIEST_US] = arrived_us
+            clock[_CLOCK_EARLIEST_OFFSET_US] = offset_us
+            clock[_CLOCK_WAITED_US] = int(clock[_CLOCK_READ_US])
+        if span_ms >= int(clock[_CLOCK_SPAN_MS]):
+            if int(clock[_CLOCK_MESSAGES]) >= _LEAST_MESSAGES:
                 anew = 1
     if anew:
         known = 2
@@ -186,14 +186,14 @@ def admit(mask: int, sign: int, values: ptr32, ring: ptr32, clock: ptr32, now_us
         ring[_COUNT] = 0
         ring[_JUMPY] = int(ring[_JUMPY]) + _JUMP
         if anew == 2:
-            clock[_KNOWN] = 0
+            clock[_CLOCK_KNOWN] = 0
     arrived_us = (now_us - int(ring[_LINE_US])) & mask
     waited_us = (((now_us - int(ring[_BEFORE_US])) & mask) ^ sign) - sign
     if waited_us < 0:
         waited_us = 0
-    clock[_ARRIVED_US] = arrived_us
-    clock[_SENT_US] = (sampled_us - sign + int(values[_AGE_US_TOLD]) - sign) & mask
-    clock[_READ_US] = waited_us
+    clock[_CLOCK_ARRIVED_US] = arrived_us
+    clock[_CLOCK_SENT_US] = (sampled_us - sign + int(values[_AGE_US_TOLD]) - sign) & mask
+    clock[_CLOCK_READ_US] = waited_us
     return 1
 
 
@@ -222,7 +222,7 @@ def settle(mask: int, sign: int, values: ptr32, ring: ptr32, clock: ptr32, now_u
     ring[_FLAGS] = int(values[_FLAGS_TOLD])
     sampled_us = int(values[_TIME_US_TOLD])
     ring[_SAMPLED_US] = sampled_us
-    time_us = (sampled_us - sign + int(clock[_OFFSET_US]) - sign) & mask
+    time_us = (sampled_us - sign + int(clock[_CLOCK_OFFSET_US]) - sign) & mask
     jumpy = int(ring[_JUMPY])
     if jumpy > _WILD_ABOVE:
         ring[_WILD] = 1
