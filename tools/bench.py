@@ -3,12 +3,16 @@
     make bench                                      # some minutes on two cores
     make bench FRAMES=2000                          # for figures that are published
     make bench BENCH="--only quality,time"
-    make bench FRAMES=2000 BENCH="--only sweeps,risk,micropython --docs"    # brings docs/stress.md up to date
+    make bench FRAMES=2000 BENCH=--docs             # and brings docs/stress.md and docs/peers.md up to date
+    make bench FRAMES=2000 BENCH="--methods aruco,apriltag --output /tmp/peers"
+    make bench FRAMES=2000 BENCH="--methods larics,larics_coded --with /tmp/peers/results.json"
     make bench MICROPYTHON=/path/to/emulator        # also counts instructions, see benchmark/interpreter.py
     python tools/bench.py --compare build/bench/results.json older.json
 
 Every method sees the same scenes with its own tag of equal footprint. Writes report.txt, results.json and
 the plots to build/bench. FRAMES is the number of frames a preset; a point of a sweep takes a quarter.
+What the peers make of a frame does not change with our code: --with takes their quality and sweeps from an
+earlier run over the very same frames.
 """
 
 import argparse
@@ -19,6 +23,7 @@ import time
 from pathlib import Path
 
 from benchmark import (
+    earlier,
     evaluate,
     frames,
     interpreter,
@@ -35,7 +40,7 @@ from rich.progress import Progress
 
 from larics_host.validation import scoring
 
-PAGE = interpreter.ROOT / "docs" / "stress.md"
+DOCS = interpreter.ROOT / "docs"
 PARTS = ("quality", "sweeps", "risk", "tracking", "time", "micropython")
 
 
@@ -47,9 +52,18 @@ def arguments(words=None):
     parser.add_argument("--seed", type=int, default=plan.FRESH_SEED)
     parser.add_argument("--only", default=",".join(PARTS), help="parts to run, of " + ",".join(PARTS))
     parser.add_argument("--methods", help="only these of: " + ",".join(methods.METHODS))
+    parser.add_argument(
+        "--with",
+        dest="earlier",
+        type=Path,
+        metavar="JSON",
+        help="take methods left out of quality and sweeps from this results.json",
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
     parser.add_argument("--output", type=Path, default=interpreter.ROOT / "build" / "bench")
-    parser.add_argument("--docs", action="store_true", help="put what was measured into docs/stress.md")
+    parser.add_argument(
+        "--docs", action="store_true", help="put what was measured into docs/stress.md and peers.md"
+    )
     parser.add_argument("--compare", nargs=2, metavar="JSON", help="print where two result files differ")
     return parser.parse_args(words)
 
@@ -59,7 +73,8 @@ class Bench:
 
     def __init__(self, options):
         self.options = options
-        self.results = {"frames": options.frames, "seed": options.seed}
+        self.results = {"frames": options.frames, "seed": options.seed, "renderer": frames.renderer_digest()}
+        self.earlier = earlier.load(options.earlier, self.results) if options.earlier else {}
         self.sections = []
         self.margins = []
         options.output.mkdir(parents=True, exist_ok=True)
@@ -96,7 +111,13 @@ class Bench:
             count = self.options.frames * (3 if preset in evaluate.NEGATIVES else 1)
             todo += evaluate.jobs(preset, preset, self.options.seed, count, plan.RADIUS_PX, {}, names)
         done = self.evaluate(todo, "quality")
-        rows = {preset: {name: done[preset][name].row() for name in names} for preset in presets}
+        others = self.earlier.get("quality", {})
+        rows = {
+            preset: earlier.in_order(
+                {**others.get(preset, {}), **{name: done[preset][name].row() for name in names}}
+            )
+            for preset in presets
+        }
         self.results["quality"] = rows
         plots.quality({p: rows[p] for p in plan.presets()}, self.options.output / "quality.png")
         self.section("Quality by preset, R = %g px" % plan.RADIUS_PX, report.quality(rows))
@@ -111,6 +132,9 @@ class Bench:
         self.results["sweeps"] = {}
         for key, sweep in plan.SWEEPS.items():
             rows_of = {name: [done[key, value][name].row() for value in sweep.values] for name in names}
+            rows_of = earlier.in_order(
+                {**self.earlier.get("sweeps", {}).get(key, {}).get("methods", {}), **rows_of}
+            )
             self.results["sweeps"][key] = {"values": sweep.values, "methods": rows_of}
             path = self.options.output / ("sweep_%s.png" % key)
             plots.sweep(sweep, rows_of, path)
@@ -216,7 +240,10 @@ def main():
     if options.frames < 1:
         sys.exit("bench: --frames must be at least 1")
     started = time.monotonic()
-    bench = Bench(options)
+    try:
+        bench = Bench(options)
+    except ValueError as error:
+        sys.exit("bench: %s" % error)
     for part in PARTS:
         if part in parts:
             try:
@@ -228,10 +255,10 @@ def main():
         bench.section("Targets", report.target_table(reached))
     if options.docs:
         try:
-            parts = page.write(bench.results, options.output, PAGE)
+            parts = page.write(bench.results, options.output, DOCS)
         except (OSError, ValueError) as error:
-            sys.exit("bench: %s: %s" % (PAGE, error))
-        print("bench: in %s: %s" % (PAGE.relative_to(interpreter.ROOT), ", ".join(parts) or "nothing new"))
+            sys.exit("bench: %s: %s" % (DOCS, error))
+        print("bench: in %s: %s" % (DOCS.relative_to(interpreter.ROOT), ", ".join(parts) or "nothing new"))
     elapsed = time.monotonic() - started
     print("bench: %.0f s; tables, plots and results.json in %s" % (elapsed, options.output))
 

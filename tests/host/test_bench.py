@@ -1,6 +1,8 @@
 """The bench's own logic: matching, counting, statistics, tags, runs on MicroPython."""
 
 import json
+import subprocess
+import sys
 
 import cv2
 import numpy as np
@@ -11,7 +13,18 @@ from larics_host.validation.scoring import Expected, Found, Tally
 
 pytest.importorskip("pupil_apriltags", reason="pupil_apriltags has no wheel for this Python")
 from tools import family_record
-from tools.benchmark import evaluate, frames, interpreter, methods, page, plan, plots, report, targets
+from tools.benchmark import (
+    earlier,
+    evaluate,
+    frames,
+    interpreter,
+    methods,
+    page,
+    plan,
+    plots,
+    report,
+    targets,
+)
 
 TRUTH = Expected(marker_id=5, x_px=100.0, y_px=80.0, heading_deg=10.0, radius_px=30.0, visible=1.0)
 
@@ -242,26 +255,72 @@ def test_the_second_opinion_costs_what_it_adds_where_it_was_asked():
     assert (row.label, row.frames, row.verdict()) == ("blur-model reader, blur 8: most, Minsn", 2, "reached")
 
 
-def test_the_page_is_brought_up_to_date_by_what_was_measured(tmp_path):
-    path = tmp_path / "stress.md"
-    path.write_text((interpreter.ROOT / "docs" / "stress.md").read_text())
+@pytest.fixture
+def pages(tmp_path):
+    """A copy of the two pages that take figures."""
+    for name in ("stress.md", "peers.md"):
+        (tmp_path / name).write_text((interpreter.ROOT / "docs" / name).read_text())
+    return tmp_path
+
+
+def test_the_page_is_brought_up_to_date_by_what_was_measured(pages):
+    path = pages / "stress.md"
     misread = tally_of(*[[found()]] * 19, [found(marker_id=1)]).row()
     results = {"sweeps": swept("blur", {16: misread})}
     sweep, rows_of = plan.SWEEPS["blur"], results["sweeps"]["blur"]["methods"]
-    plots.sweep(sweep, rows_of, tmp_path / "sweep_blur.png")
-    before = path.read_text()
-    assert page.write(results, tmp_path, path) == ["targets", "sweeps"]
+    plots.sweep(sweep, rows_of, pages / "sweep_blur.png")
+    before, peers = path.read_text(), (pages / "peers.md").read_text()
+    assert page.write(results, pages, pages) == ["targets", "sweeps"]
     text = path.read_text()
     assert "| blur 12 | 100.0 | 0 | 20 | aim reached |" in text
     assert "| LARICS | " + "100.0 | " * 7 + "100.0 / 95.0 (1) |" in text
-    assert cv2.imread(str(tmp_path / "stress_blur.png")) is not None
+    assert cv2.imread(str(pages / "stress_blur.png")) is not None
     assert "stress_contrast.png" not in text
     costs = before.partition("<!-- costs:begin -->")[2]
     assert costs and text.partition("<!-- costs:begin -->")[2] == costs  # not measured: as it was
+    assert (pages / "peers.md").read_text() == peers
     path.write_text("no marks")
     with pytest.raises(ValueError, match="targets:begin"):
-        page.write(results, tmp_path, path)
+        page.write(results, pages, pages)
     assert path.read_text() == "no marks"
+
+
+def test_the_peers_stand_beside_us_on_their_page(pages):
+    row = tally_of(*[[found(0.1)]] * 19, [found(marker_id=1)]).row()
+    nothing, empty = tally_of([], []).row(), tally_of([found()], [], truths=[]).row()
+    quality = {"harsh": {"larics": row, "aruco": nothing, "hough": row}}
+    quality["negative"] = {"larics": empty, "aruco": tally_of([], [], truths=[]).row(), "hough": empty}
+    assert page.write({"quality": quality}, pages, pages) == ["quality"]
+    text = (pages / "peers.md").read_text()
+    assert "| preset | LARICS | ArUco |" in text and "cv2.HoughCircles |" not in text  # it reads no ID
+    assert "| harsh | 95.0 (1) | 0.0 |" in text
+    assert "| negative, 2 frames | (1) | (0) |" in text
+    assert "| harsh | 0.100 / 0.100 | - |" in text
+    sizes = swept("radius", {6: nothing, 7: nothing})
+    plots.sweep(plan.SWEEPS["radius"], sizes["radius"]["methods"], pages / "sweep_radius.png")
+    assert page.write({"sweeps": sizes}, pages, pages) == ["targets", "sweeps", "sizes"]
+    assert "| LARICS | 8 |" in (pages / "peers.md").read_text()
+
+
+def test_peers_of_an_earlier_run_are_taken_only_over_the_same_frames(tmp_path):
+    row = tally_of([found()]).row()
+    path = tmp_path / "earlier.json"
+    now = {"frames": 1, "seed": plan.FRESH_SEED, "renderer": frames.renderer_digest()}
+    rows = {preset: {"apriltag": row} for preset in (*plan.presets(), *evaluate.NEGATIVES)}
+    path.write_text(json.dumps({**now, "quality": rows}))
+    words = ["--frames", "1", "--methods", "aruco", "--only", "quality", "--jobs", "1"]
+    command = [sys.executable, "tools/bench.py", *words, "--with", str(path), "--output", str(tmp_path)]
+    done = subprocess.run(command, cwd=interpreter.ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    sunny = json.loads((tmp_path / "results.json").read_text())["quality"]["sunny"]
+    assert list(sunny) == ["aruco", "apriltag"] and sunny["apriltag"] == row
+    for wrong in ({"frames": 2}, {"seed": 1}, {"renderer": "another"}):
+        path.write_text(json.dumps({**now, **wrong}))
+        with pytest.raises(ValueError, match="is of other frames"):
+            earlier.load(path, now)
+    path.write_text("[]")
+    done = subprocess.run(command, cwd=interpreter.ROOT, capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.startswith("bench: %s is no results.json" % path)
 
 
 def test_tables_of_a_sweep_have_straight_columns():

@@ -31,7 +31,8 @@ def render(preset, seed, index, target, radius_px, overrides):
     ]
 
 
-def _renderer_digest():
+def renderer_digest():
+    """Tells whether two runs saw the same frames: a digest of the renderer's sources."""
     from larics_host import render as package
 
     digest = hashlib.sha256()
@@ -46,7 +47,7 @@ class Cache:
     A change of the renderer's sources makes the stored frames unused, not wrong."""
 
     def __init__(self, folder):
-        self.folder = Path(folder) / _renderer_digest()
+        self.folder = Path(folder) / renderer_digest()
         self.folder.mkdir(parents=True, exist_ok=True)
 
     def block(self, preset, seed, start, count, target, radius_px, overrides):

@@ -1,37 +1,46 @@
-"""The bench's figures in docs/stress.md: plots of the sweeps, tables, what the blur-model reader costs.
+"""The bench's figures in docs: stress.md has plots and tables of the sweeps and what the blur-model reader
+costs, peers.md has what each method makes of each preset.
 
-The text of the page is written by hand; a part between "<!-- NAME:begin -->" and "<!-- NAME:end -->" is
+The text of the pages is written by hand; a part between "<!-- NAME:begin -->" and "<!-- NAME:end -->" is
 replaced when the run holds what it shows.
 """
 
 from PIL import Image
 
-from . import methods, plan, targets
+from . import evaluate, methods, plan, targets
 
+_READ_PCT = 90  # of the IDs, for a size to count as read
 _COLOURS = 64  # of a plot, which is smaller so and looks the same
 
 
-def write(results, plots, page):
-    """Brings `page` (its Path) up to date with `results`; plots of the sweeps lie in the folder `plots`.
+def write(results, plots, folder):
+    """Brings the pages in `folder` (a Path) up to date with `results`; plots of the sweeps lie in the folder
+    `plots`.
 
-    The pictures are put beside the page. Returns the names of the parts that were written. ValueError when
-    the page lacks the marks of one."""
-    parts = {}
+    The pictures are put beside the pages. Returns the names of the parts that were written. ValueError when
+    a page lacks the marks of one."""
+    stress, peers = {}, {}
     if "sweeps" in results:
-        parts["targets"] = _targets(targets.stresses(results["sweeps"]))
-        parts["sweeps"] = _sweeps(results)
+        stress["targets"] = _targets(targets.stresses(results["sweeps"]))
+        stress["sweeps"] = _sweeps(results)
         for key in results["sweeps"]:
-            _copy_small(plots / ("sweep_%s.png" % key), page.with_name("stress_%s.png" % key))
+            _copy_small(plots / ("sweep_%s.png" % key), folder / ("stress_%s.png" % key))
+        if "radius" in results["sweeps"]:
+            peers["sizes"] = _sizes(results["sweeps"]["radius"])
     if "risk" in results:
-        parts["margins"] = _margins(results["risk"])
+        stress["margins"] = _margins(results["risk"])
     if "micropython" in results:
         costs = results["micropython"]
-        parts["costs"] = _costs(targets.second_opinion(costs.get("given") or costs["unix"]))
-    text = page.read_text(encoding="utf-8")
-    for name, lines in parts.items():
-        text = _replaced(text, name, "\n".join(lines))
-    page.write_text(text, encoding="utf-8")
-    return list(parts)
+        stress["costs"] = _costs(targets.second_opinion(costs.get("given") or costs["unix"]))
+    if "quality" in results:
+        peers["quality"] = _quality(results)
+    for name, parts in (("stress.md", stress), ("peers.md", peers)):
+        if parts:
+            text = (folder / name).read_text(encoding="utf-8")
+            for part, lines in parts.items():
+                text = _replaced(text, part, "\n".join(lines))
+            (folder / name).write_text(text, encoding="utf-8")
+    return [*stress, *peers]
 
 
 def _replaced(text, name, content):
@@ -82,6 +91,66 @@ def _sweeps(results):
             "",
         ]  # fmt: skip
     return lines[:-1]
+
+
+def _quality(results):
+    """What a buyer compares: IDs read and wrong reports, then errors, by preset and method."""
+    rows_of = results["quality"]
+    drawn = {p: rows for p, rows in rows_of.items() if p not in evaluate.NEGATIVES}
+    names = [name for name in next(iter(drawn.values())) if name not in methods.WITHOUT_ID]
+    labels = [methods.label(name) for name in names]
+    frames = next(iter(next(iter(drawn.values())).values()))["frames"]
+    lines = [
+        "IDs read, %%, of %d frames each; in brackets: wrong IDs and detections where no marker is." % frames,
+        "",
+    ]
+    body = [(preset, *(_read_cell(rows[name]) for name in names)) for preset, rows in drawn.items()]
+    body += [
+        (
+            "%s, %d frames" % (p, rows[names[0]]["frames"]),
+            *("(%d)" % rows[n]["false_positives"] for n in names),
+        )
+        for p, rows in rows_of.items()
+        if p in evaluate.NEGATIVES
+    ]
+    lines += [*_table(("preset", *labels), body), ""]
+    for what, unit, median, p95 in (
+        ("centre", "px", "centre_median_px", "centre_p95_px"),
+        ("heading", "degrees", "heading_median_deg", "heading_p95_deg"),
+    ):
+        body = [
+            (preset, *(_error_cell(rows[name], median, p95) for name in names))
+            for preset, rows in drawn.items()
+        ]
+        lines += [
+            "Error of the %s, median / 95 %%, %s." % (what, unit),
+            "",
+            *_table(("preset", *labels), body),
+            "",
+        ]
+    return lines[:-1]
+
+
+def _read_cell(row):
+    wrong = row["wrong"] + row["false_positives"]
+    return "%.1f" % row["read_pct"] + (" (%d)" % wrong if wrong else "")
+
+
+def _error_cell(row, median, p95):
+    return "-" if row[median] is None else "%.3f / %.3f" % (row[median], row[p95])
+
+
+def _sizes(measured):
+    """The smallest ring at which a method still reads nine of ten."""
+    rows = []
+    for name, by_value in measured["methods"].items():
+        read = [
+            value
+            for value, row in zip(measured["values"], by_value, strict=True)
+            if row["read_pct"] >= _READ_PCT
+        ]
+        rows.append((methods.label(name), "%g" % min(read) if read else "-"))
+    return _table(("", "smallest outer ring read in 90 %, px"), rows)
 
 
 def _cell(row):
