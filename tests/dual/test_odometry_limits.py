@@ -189,14 +189,15 @@ def placed(x_mm10=0, heading_cdeg=0, entry=0):
     return fix
 
 
-def judged(way_mm10, turn_cdeg=0, entry=1, x_mm10=None, heading_cdeg=None):
+def judged(way_mm10, turn_cdeg=0, entry=1, x_mm10=None, heading_cdeg=None, near=False):
     """How the leg from a first marker is judged: odometry told so much, the markers the rest."""
     shares = Shares()
     shares.compare(placed(), Told(), 0, 0)
-    shares.carry(way_mm10, way_mm10, turn_cdeg)
+    shares.carry(way_mm10, way_mm10, turn_cdeg, 100)
     x_mm10 = way_mm10 if x_mm10 is None else x_mm10
     heading_cdeg = turn_cdeg if heading_cdeg is None else heading_cdeg
-    shares.compare(placed(x_mm10, heading_cdeg % 36000, entry), Told(way_mm10, turn_cdeg % 36000), 0, 0)
+    told = Told(way_mm10, turn_cdeg % 36000)
+    shares.compare(placed(x_mm10, heading_cdeg % 36000, entry), told, 0, 0, near)
     return shares.judged
 
 
@@ -212,6 +213,8 @@ def test_which_legs_are_compared():
         (160000, 0, 1, 0),
     ):
         assert len(judged(way_mm10, turn_cdeg, entry)) == count, (way_mm10, turn_cdeg, entry)
+    for way_mm10, count in ((1999, 0), (2000, 1)):
+        assert len(judged(way_mm10, entry=0, near=True)) == count, way_mm10
 
 
 def test_what_wheels_may_make():
@@ -248,12 +251,16 @@ def test_a_short_way_teaches_no_share():
         assert (shares.scale._weight > 0) == learns
         shares = Shares()
         shares.compare(placed(), Told(), 0, 0)
-        shares.carry(10 * told_mm, 3000, 0)
+        shares.carry(10 * told_mm, 3000, 0, 100)
         shares.compare(placed(3000, 0, 1), Told(3000), 0, 0)
         assert (shares.drift._weight > 0) == learns
     shares = Share(0, 1000)
     shares.learn(16384, 0, 1 << 24)
-    assert shares._weight == 16383 * 16383 >> 20
+    assert shares._weight == 16383 * 16383 >> 14  # with six bits behind the point
+    shares = Share(0, 1000)
+    for missed_q4 in (-3, 3, 2):  # little in loud noise: no floor makes a slope of it
+        shares.learn(200, missed_q4, 1 << 24)
+    assert shares._moment == 0 and shares._weight == 3 * (200 * 200 >> 14)
 
 
 def carrier():
@@ -318,17 +325,34 @@ def test_long_increments_come_in_pieces():
         assert made.count == count, driven_mm10
 
 
-def looked(way_mm10, times):
-    """How loud the wheels are believed to be, when odometry told such a way below a marker so often."""
+def looked(way_mm10, times, turn_cdeg=0):
+    """How loud the wheels are believed to be, and that of turns at most, when odometry told such a way or
+    turn below a marker so often."""
     made, fix = carrier()
-    made._speed_mm_s = 2000
-    for _ in range(times):
-        fix.x_mm10 += way_mm10
-        made._odometry.x_mm10 += way_mm10
-        made._look_closely(fix)
-    return made._loud_q4
+    odometry = made._odometry
+    for k in range(times):
+        odometry.x_mm10 += way_mm10
+        odometry.heading_cdeg = (odometry.heading_cdeg + turn_cdeg) % 36000
+        made.move(odometry, 200000 * (k + 1))
+        fix.x_mm10, fix.heading_cdeg = odometry.x_mm10, odometry.heading_cdeg
+        made.fix(fix)
+    return made._loud_q4, made._turn_most_q4
 
 
 def test_which_ways_below_a_marker_tell_that_wheels_are_quiet():
-    assert looked(2500, 3) < -50 and looked(7000, 3) < -50
-    assert looked(2499, 4) == looked(7001, 9) == looked(2500, 2) == 0  # of the shorter ones two make one
+    for way_mm10, times, tells in ((2000, 4, True), (7000, 4, True), (2000, 3, False), (7001, 9, False)):
+        loud_q4, turn_most_q4 = looked(way_mm10, times)
+        assert (loud_q4 < -20 and turn_most_q4 < -30) == tells, (way_mm10, times)
+        assert tells or (loud_q4 == 0 and turn_most_q4 == 176)
+    for turn_cdeg, times, tells in ((6000, 4, True), (6000, 3, False), (1490, 15, False)):
+        loud_q4, turn_most_q4 = looked(0, times, turn_cdeg)
+        assert loud_q4 == 0 and (turn_most_q4 < -30) == tells, (turn_cdeg, times)
+
+
+def test_a_leg_that_misses_shows_that_turns_are_not_as_quiet_as_they_seemed():
+    for off_mm10, louder in ((20, False), (2000, True)):
+        made, fix = carrier()
+        made._turn_most_q4 = made._loud_q4 = -100
+        fix.x_mm10 = off_mm10
+        made._hear_noise(fix)
+        assert (made._turn_most_q4 > -100) == louder and made._turn_loud_q4() <= made._loud_q4

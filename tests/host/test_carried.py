@@ -50,9 +50,10 @@ def test_wheels_whose_noise_no_encoder_sees_make_sigma_larger():
     assert np.median(frames[:, 4]) > 3 * np.median(seen[:, 4])
 
 
-def quietness(missed_mm10, ways=4, way_mm10=2500):
+def quietness(missed_mm10, missed_cdeg, ways=4, way_mm10=2500):
     """Sigma of the place eight ways behind a first marker, 0.1 mm, under which odometry missed so much in
-    each of so many ways at 2 m/s; and how loud the wheels are believed to be."""
+    each of so many ways at 2 m/s, to the left and to the right in turn; and how loud the wheels are believed
+    to be."""
     carrier, wheels, fix = Carrier(OdometryNoise()), Wheels(), Fix()
     wheels.set(0, 0, 0)
     carrier.move(wheels, 0)
@@ -60,27 +61,29 @@ def quietness(missed_mm10, ways=4, way_mm10=2500):
     carrier.fix(fix)
     now_us = 0
     for k in range(1, ways + 9):
-        now_us += way_mm10 * 5
+        now_us += way_mm10 * 50
         wheels.x_mm10 += way_mm10
         carrier.move(wheels, now_us)
         if k <= ways:
             fix.x_mm10 = wheels.x_mm10
             fix.y_mm10 += missed_mm10
+            fix.heading_cdeg = (fix.heading_cdeg + missed_cdeg * (-1) ** k) % 36000
             carrier.fix(fix)
     return carrier.sigma_y_mm10, carrier._loud_q4
 
 
 def test_quiet_wheels_are_known_as_such_below_the_first_marker():
-    loud = quietness(100)
-    assert quietness(1)[0] < 0.3 * loud[0] and quietness(10)[0] < 0.6 * loud[0]
-    assert quietness(1000) == loud  # so short a way does not tell that they are louder
-    assert quietness(1, ways=2) == loud  # nor do two of them, nor shorter ones
-    assert quietness(1, way_mm10=2490) == quietness(1000, way_mm10=2490)
+    loud = quietness(300, 400)
+    assert loud[1] == 0 and quietness(1, 1)[0] < 0.15 * loud[0] and quietness(10, 30)[0] < 0.6 * loud[0]
+    assert quietness(300, 1)[0] < 0.2 * loud[0]  # the turns alone are quiet: most of what a way leads aside
+    assert quietness(1000, 1200)[0] < 1.1 * loud[0]  # so short a way does not tell that they are louder
+    assert quietness(1, 1, ways=3)[0] > 0.9 * loud[0]  # three of them tell nothing, nor do shorter ones
+    assert quietness(1, 1, way_mm10=990) == quietness(300, 1, way_mm10=990)
 
 
 def test_a_slow_camera_does_not_take_the_way_below_a_marker_for_one_between_markers():
-    assert quietness(1, way_mm10=7100)[1] == quietness(1, way_mm10=14900)[1] == 0
-    assert quietness(1, way_mm10=15100)[1] < -20
+    assert quietness(1, 0, way_mm10=7100)[1] == quietness(1, 0, way_mm10=14900)[1] == 0
+    assert quietness(1, 0, way_mm10=15100)[1] < -20
 
 
 WRONG = {

@@ -2,8 +2,9 @@
 
 A marker sets pose and covariance; each way and turn since moves the pose and lets the covariance grow by a
 model of two wheels: noise in proportion to the way, and systematic shares of way and turn, which
-larics.locate.odometry_shares learns. How loud the noise is shows at the next marker: encoders that do not see
-what the wheels do make it a hundred times larger. What is known beforehand is in larics.locate.uncertainty.
+larics.locate.odometry_shares learns. How loud the noise is shows at the next marker, and that it is quiet, of
+turns above all, already below the first: encoders that do not see what the wheels do make it a hundred times
+larger. What is known beforehand is in larics.locate.uncertainty.
 
 Way is in 0.1 mm Q4, heading in 0.01 degrees Q6, covariance in mm2 Q4, mm mrad Q5 and mrad2 Q8, shares in Q20;
 every intermediate stays within 30 bits. Nothing is allocated.
@@ -17,7 +18,7 @@ except ImportError:
 from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
 from larics.locate.motion import scaled_q14
 from larics.locate.odometry import length
-from larics.locate.odometry_shares import OdometryShares, apart_mm10, mrad_q4
+from larics.locate.odometry_shares import OdometryShares, mrad_q4
 from larics.locate.uncertainty import log2_q4, times_q4
 from larics.wire.messages import WAY_UNKNOWN
 
@@ -28,11 +29,12 @@ _LOUDEST_Q4 = const(176)  # the noise at most 2**11 times that of the settings, 
 _MOVED_Q4 = const(24)  # at most so much louder by a vehicle that was not where it was expected
 _QUIETER_Q4 = const(-64)
 _LEGS = const(6)  # over which it is averaged
-_NEAR_MM10 = const(2500)  # of way under one marker that shows the noise of the wheels, for as long as ...
+_NEAR_LEGS = const(2)  # ways and turns under one marker show the noise of the wheels for as long as no more
+_NEAR_WAYS = const(4)  # ... legs do; so many of them, no longer than this
 _NEAR_MOST_MM10 = const(7000)
-_NEAR_LEGS = const(2)  # ... no more legs do; so many such ways
-_NEAR_WAYS = const(3)
-_NEAR_SLACK_Q4 = const(40)  # wheels that go wrong for 0.3 s show a fifth of their noise on such a way
+_NEAR_MS = const(900)  # wheels that go wrong for 0.3 s show a third of their noise in half of this
+_NEAR_FEW_Q4 = const(96)  # few ways may be right by chance
+_SURPRISE_Q4 = const(24)  # a leg that misses by so much more shows that turns are not as quiet as they seemed
 _MOST = const(1 << 25)  # 1.4 m ...
 _MOST_TURN = const(1 << 27)  # ... and 41 degrees: products stay within 30 bits
 _LEARN_MM10 = const(3000)  # a shorter way teaches nothing, nor does one under the same marker that is shorter
@@ -51,6 +53,33 @@ class Fix:
         self.certain_mm10 = self.certain_cdeg = 0
         self.sigma_mm10 = self.sigma_cdeg = 0
         self.moved = False
+
+
+class Quiet:
+    """How quiet wheels are at least, by squares of what they missed on short ways."""
+
+    def __init__(self):
+        self._ways = self._square = self._scatter = self._expected = 0
+
+    def add(self, square, scatter, expected):
+        """A way: squares of what was missed, of what of that the camera may be wrong by, and of what the
+        model expects."""
+        self._ways += 1
+        self._square += min(1 << 20, square)
+        self._scatter += min(1 << 20, scatter)
+        self._expected += min(1 << 20, expected)
+        if max(self._square, self._scatter, self._expected) > 1 << 21:
+            self._square >>= 1
+            self._scatter >>= 1
+            self._expected >>= 1
+
+    def most_q4(self):
+        """Binary logarithm of the noise against that of the model, at most."""
+        if self._ways < _NEAR_WAYS:
+            return _LOUDEST_Q4
+        square = max(self._square - self._scatter, self._scatter >> 2)
+        found_q4 = log2_q4(square >> 2, max(1, self._expected >> 2))
+        return found_q4 + _NEAR_FEW_Q4 // self._ways
 
 
 class Carrier:
@@ -73,10 +102,9 @@ class Carrier:
         self._loud_q4 = 0  # binary logarithm of the noise against that of the model
         self._legs = 0
         self._entry = -1  # of the last marker
-        self._near_entry = -1  # of the marker that wheels are compared under, where that began, by it ...
-        self._near_x = self._near_y = self._near_heading = 0
-        self._near_odometry_x = self._near_odometry_y = self._near_odometry_heading = 0  # ... and by odometry
-        self._near_ways = self._near_square = self._near_expected = 0
+        self._turn_most_q4 = _LOUDEST_Q4  # ... and that of turns at most, by what was seen under one marker
+        self._near_ways = Quiet()
+        self._near_turns = Quiet()
         self._odometry = None
         self._epoch = self._jumps = -1
         self._last_x = self._last_y = self._last_heading = self._last_us = 0
@@ -95,9 +123,10 @@ class Carrier:
         if self.known and self._way > (_LEARN_AGAIN_MM10 if fix.entry == self._entry else _LEARN_MM10):
             self._hear_noise(fix)
         self._entry = fix.entry
-        if self._legs <= _NEAR_LEGS:
+        noise_q4, near = self._model.at_speed_q4(self._speed_mm_s), self._legs <= _NEAR_LEGS
+        ended = self.shares.compare(fix, self._odometry, noise_q4, self._turn_loud_q4(), near)
+        if ended and near and self.shares.way_mm10 <= _NEAR_MOST_MM10:
             self._look_closely(fix)
-        self.shares.compare(fix, self._odometry, self._model.at_speed_q4(self._speed_mm_s), self._loud_q4)
         self._x0, self._y0 = fix.x_mm10, fix.y_mm10
         self._heading_q6 = fix.heading_cdeg << 6
         self._rx = self._ry = self._px = self._py = 0
@@ -133,7 +162,6 @@ class Carrier:
     def _forget(self):
         self.known = False
         self.shares.forget_anchor()
-        self._near_entry = -1
 
     def _carry(self, odometry, passed_ms):
         dx, dy = odometry.x_mm10 - self._last_x, odometry.y_mm10 - self._last_y
@@ -166,7 +194,7 @@ class Carrier:
         shares = self.shares
         forward_mm10 = forward >> 4
         way = max(abs(forward_mm10), abs(turn_cdeg) * self._model.half_track_mm // 573)
-        shares.carry(forward_mm10, way, turn_cdeg)
+        shares.carry(forward_mm10, way, turn_cdeg, passed_ms)
         self._speed_mm_s = min(8000, way * 100 // passed_ms)
         if not self.known:
             return
@@ -202,7 +230,8 @@ class Carrier:
         since = max(1, min(self._since, 11000))
         noise_q4 = self._model.at_speed_q4(self._speed_mm_s) + self._loud_q4
         added = times_q4(since * _WAY_NOISE_Q20 >> 10, noise_q4) >> 10
-        turned = times_q4(since * _TURN_NOISE_Q16 >> 14, noise_q4 + self._model.track_q4) >> 2
+        noise_q4 += self._turn_loud_q4() - self._loud_q4 + self._model.track_q4
+        turned = times_q4(since * _TURN_NOISE_Q16 >> 14, noise_q4) >> 2
         way_mm = min(self._way // 10, 16383)  # further, the systematic shares grow no more: it is lost before
         shares = self.shares
         a = min(32767, (shares.scale.sigma_q20 >> 3) * way_mm >> 13)
@@ -262,47 +291,37 @@ class Carrier:
             step_q4 = surprise_q4 // self._legs
             self._learn_scale(dx, dy, place)
         self._loud_q4 = max(-_LOUDEST_Q4, min(_LOUDEST_Q4, self._loud_q4 + step_q4))
-        self.shares.settle(self._loud_q4)
+        if surprise_q4 > _SURPRISE_Q4:
+            self._turn_most_q4 += surprise_q4
+        self.shares.settle(self._loud_q4, self._turn_loud_q4())
+
+    def _turn_loud_q4(self):
+        return min(self._loud_q4, self._turn_most_q4)
 
     def _look_closely(self, fix):
-        """Before there are legs to learn from: wheels that err less under a marker than the model says are
-        less noisy. The way under a marker is too short to show that they are noisier."""
-        odometry = self._odometry
-        if fix.entry == self._near_entry:
-            told_x, told_y = odometry.x_mm10 - self._near_odometry_x, odometry.y_mm10 - self._near_odometry_y
-            if max(abs(told_x), abs(told_y)) < _NEAR_MM10:
-                return
-            way = length(told_x, told_y)
-            if way <= _NEAR_MOST_MM10:
-                turn_cdeg = self._near_heading - self._near_odometry_heading
-                x, y = fix.x_mm10 - self._near_x, fix.y_mm10 - self._near_y
-                off = min(1000, apart_mm10(x, y, told_x, told_y, turn_cdeg))
-                self._compare_noise(off * off, way)
-        self._near_entry = fix.entry
-        self._near_x, self._near_y = fix.x_mm10, fix.y_mm10
-        self._near_heading, self._near_odometry_heading = fix.heading_cdeg, odometry.heading_cdeg
-        self._near_odometry_x, self._near_odometry_y = odometry.x_mm10, odometry.y_mm10
+        """Before there are legs to learn from: wheels that err less under a marker than the model says, on
+        the way or turn that was compared, are less noisy. It is too short to show that they are noisier.
 
-    def _compare_noise(self, square, way_mm10):
-        """A way under a marker, and the square of what odometry missed at its end (0.1 mm)."""
-        noise_q4 = self._model.at_speed_q4(self._speed_mm_s)
-        expected = times_q4(way_mm10 * _WAY_NOISE_Q20 >> 10, noise_q4) >> 10  # along the way: mm2 Q4
-        tracks_q4 = min(255, (way_mm10 << 3) // (10 * self._model.half_track_mm))
-        expected = min(1 << 14, expected + expected * (tracks_q4 * tracks_q4) // 192)  # and across
-        if max(self._near_square, self._near_expected) > 1 << 21:
-            self._near_square >>= 1
-            self._near_expected >>= 1
-        self._near_square += square
-        self._near_expected += expected
-        self._near_ways += 1
-        if self._near_ways < _NEAR_WAYS:
-            return
-        found_q4 = log2_q4((self._near_square << 2) // 25 >> 2, max(1, self._near_expected >> 2))
-        most_q4 = max(found_q4 + _NEAR_SLACK_Q4, self._model.noise_q4 - noise_q4)
-        if most_q4 < self._loud_q4:
-            self._loud_q4 = most_q4
-            self._legs = max(self._legs, 1)
-            self.shares.settle(most_q4)
+        A turn counts by what the difference of the wheels missed, half of it; all squares are in mm2 Q8."""
+        shares, half_track_mm = self.shares, self._model.half_track_mm
+        way_ms = max(1, min(shares.way_ms, 2047))
+        noise_q4 = self._model.at_speed_q4(min(8000, shares.way_mm10 * 100 // way_ms))
+        expected = times_q4(shares.way_mm10 * _WAY_NOISE_Q20 >> 10, noise_q4) >> 6
+        expected = expected * way_ms // (way_ms + _NEAR_MS)
+        least_q4 = self._model.noise_q4 - noise_q4
+        off = min(4000, abs(shares.missed_q4) * half_track_mm // 160)  # 0.01 mm
+        scatter = min(2000, mrad_q4(min(fix.scatter_cdeg, 3000)) * half_track_mm // 160)
+        self._near_turns.add(off * off // 39, scatter * scatter // 20, expected)
+        self._turn_most_q4 = min(self._turn_most_q4, max(least_q4, self._near_turns.most_q4()))
+        if shares.off_mm10 >= 0:
+            off, scatter = min(400, shares.off_mm10), min(200, fix.scatter_mm10)
+            tracks_q4 = min(255, (shares.way_mm10 << 3) // (10 * half_track_mm))
+            expected = min(1 << 17, expected)
+            expected += expected * (tracks_q4 * tracks_q4 >> 4) // 12  # across
+            self._near_ways.add(off * off * 64 // 25, scatter * scatter * 256 // 25, expected)
+            most_q4 = max(least_q4, self._near_ways.most_q4())
+            self._loud_q4 = min(self._loud_q4, most_q4)
+        shares.settle(self._loud_q4, self._turn_loud_q4())
 
     def _learn_scale(self, dx, dy, place_q4):
         """From how far the marker lies off along the way since the last one."""

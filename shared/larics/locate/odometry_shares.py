@@ -16,7 +16,8 @@ from larics.locate.motion import scaled_q14
 from larics.locate.odometry import length
 from larics.locate.uncertainty import times_q4
 
-_WINDOW_MM10 = const(6000)  # compared under one marker ...
+_WINDOW_MM10 = const(6000)  # compared under one marker, or this while the noise of the wheels is unknown, ...
+_NEAR_MM10 = const(2000)
 _LEAST_MM10 = const(3000)  # ... and from one to another
 _LEAST_MM = const(200)  # less way, straight ahead, teaches nothing
 _TURN_CDEG = const(6000)  # of a turn on the spot that is compared
@@ -24,6 +25,7 @@ _FURTHEST_MM10 = const(160000)
 _MOST_MM = const(16383)
 _MOST_WEIGHT = const(1 << 19)  # a memory of some ten legs, and of 30 bits
 _MOST_VARIANCE = const(1 << 24)
+_FINE = const(6)  # bits behind the point of moment and weight: short ways in loud noise weigh less than 1
 _APART_MM10 = const(600)  # wheels make no more than so much and a quarter of the way,
 _APART_CDEG = const(1000)  # and so much, a quarter of the turn and 6 degrees a metre
 _DOUBT = const(4)  # odometry is doubted after two legs that do not fit ...
@@ -44,35 +46,46 @@ class Share:
         self.sigma_q20 = self._prior_sigma_q20 = sigma_q20
         root_q4 = min(1 << 14, (1 << 22) // max(1, sigma_q20))
         self._prior_weight = root_q4 * root_q4 >> 8  # a sixteenth of the variance's inverse, as _weight
-        self._moment = self._weight = (
-            0  # sums over windows: told * missed / variance, told**2 / variance / 16
-        )
+        self._moment = self._weight = 0  # sums over windows: told * missed, told**2 / 16 by variance
+        self._fine = _FINE
 
     def learn(self, told, missed_q4, variance_q8):
         """A window: what odometry told, what more there was by the markers (Q4, beyond the prior), and the
         variance of that at the usual noise (Q8)."""
         told = max(-_MOST_MM, min(_MOST_MM, told))
         missed_q4 = max(-32767, min(32767, missed_q4))
-        variance_q4 = max(16, variance_q8 >> 4)
-        self._moment += told * missed_q4 // variance_q4
-        self._weight += told * told // variance_q4
+        variance_q4 = min(1 << 20, max(16, variance_q8 >> 4))
+        moment, weight = told * missed_q4, told * told
+        whole, more = moment // variance_q4, weight // variance_q4
+        while self._fine and max(abs(whole), more) >= _MOST_WEIGHT:
+            self._halve()
+        fine = self._fine
+        half = variance_q4 >> 1
+        self._moment += (whole << fine) + ((moment - whole * variance_q4 << fine) + half) // variance_q4
+        self._weight += (more << fine) + ((weight - more * variance_q4 << fine) + half) // variance_q4
         while self._weight >= _MOST_WEIGHT or abs(self._moment) >= _MOST_WEIGHT:
-            self._weight >>= 1
-            self._moment >>= 1
+            self._halve()
+
+    def _halve(self):
+        """Half the sums: to fewer bits or, without any behind the point, the old windows are forgotten."""
+        self._weight >>= 1
+        self._moment >>= 1
+        self._fine = max(0, self._fine - 1)
 
     def settle(self, loud_q4):
         """The slope by all windows, when the noise is 2**(loud_q4 / 16) times the usual."""
-        moment = self._moment
-        weight = self._weight + times_q4(self._prior_weight, loud_q4)
+        moment, fine_q4 = self._moment, self._fine << 4
+        weight = self._weight + times_q4(self._prior_weight, loud_q4 + fine_q4)
         while weight >= _MOST_WEIGHT:
             weight >>= 1
             moment >>= 1
+            fine_q4 -= 16
         weight = max(1, weight)
         whole = (moment << 9) // weight
         rest = (moment << 9) - whole * weight
         slope_q20 = (max(-(1 << 12), min(1 << 12, whole)) << 7) + (rest << 7) // weight
         self.value_q20 = max(-(1 << 18), min(1 << 18, self._prior_q20 + slope_q20))
-        sigma_q20 = times_q4((1 << 23) // max(1, isqrt(weight << 10)), loud_q4 >> 1)
+        sigma_q20 = times_q4((1 << 23) // max(1, isqrt(weight << 10)), loud_q4 + fine_q4 >> 1)
         self.sigma_q20 = min(self._prior_sigma_q20, sigma_q20)
 
     def beyond_prior_q4(self, told):
@@ -104,7 +117,11 @@ def apart_mm10(x, y, told_x, told_y, turn_cdeg):
 
 class OdometryShares:
     """scale, turn, drift: Share. `carry` each increment, `compare` at each marker; doubted: whether odometry
-    contradicts the markers by more than wheels can, for as long as it does. model: OdometryNoise."""
+    contradicts the markers by more than wheels can, for as long as it does. model: OdometryNoise.
+
+    After a `compare` that returned True: way_mm10, driven or turned in way_ms; missed_q4, by how much the
+    turn differed from what the shares make of it, mrad; and off_mm10, how far the way ended from that by the
+    markers, -1 after a turn on the spot."""
 
     def __init__(self, model):
         self._model = model
@@ -119,48 +136,57 @@ class OdometryShares:
         self._odometry_x = self._odometry_y = self._odometry_heading = 0  # ... and by odometry
         self._entry = -1
         self._scatter_cdeg = 0
-        self._forward = self._way = self._turned = 0  # since then, by odometry
+        self._forward = self._way = self._turned = self._driven_ms = 0  # since then, by odometry
+        self.way_mm10 = self.way_ms = self.missed_q4 = 0
+        self.off_mm10 = -1
 
-    def carry(self, forward_mm10, way_mm10, turn_cdeg):
-        """Odometry told that."""
+    def carry(self, forward_mm10, way_mm10, turn_cdeg, passed_ms):
+        """Odometry told that, of so long a time."""
         self._forward = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._forward + forward_mm10))
         self._way = min(_FURTHEST_MM10, self._way + way_mm10)
         self._turned = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._turned + turn_cdeg))
+        self._driven_ms = min(_FURTHEST_MM10, self._driven_ms + passed_ms)
 
     def forget_anchor(self):
         """Nobody knows the way to the next marker."""
         self._anchored = False
 
-    def settle(self, loud_q4):
-        """The noise is 2**(loud_q4 / 16) times that of the model."""
+    def settle(self, loud_q4, turn_loud_q4):
+        """The noise of ways, and that of turns, is 2**(loud_q4 / 16) times that of the model."""
         self.scale.settle(loud_q4)
-        self.turn.settle(loud_q4)
-        self.drift.settle(loud_q4)
+        self.turn.settle(turn_loud_q4)
+        self.drift.settle(turn_loud_q4)
 
-    def compare(self, fix, odometry, noise_q4, loud_q4):
+    def compare(self, fix, odometry, noise_q4, loud_q4, near=False):
         """A marker put the vehicle there, a carrier.Fix: learns when the way or the turn since an earlier one
         says something. noise_q4, loud_q4: binary logarithms of the noise of the model at this speed, and of
-        what was found against it."""
+        what was found of turns against it; near: short ways say something, too. True when a way or a turn
+        under one marker ended that wheels can make."""
         self._noise_q4 = noise_q4
+        fits = False
         if self._anchored:
             dx, dy = fix.x_mm10 - self._x, fix.y_mm10 - self._y
-            if fix.entry == self._entry and max(self._way, abs(dx), abs(dy)) < _WINDOW_MM10 >> 1:
-                if abs(self._turned) < _TURN_CDEG:
-                    return  # as nearly always
-            way_mm10 = max(self._way, length(dx, dy))
-            if way_mm10 >= (_WINDOW_MM10 if fix.entry == self._entry else _LEAST_MM10):
-                self._compare_way(fix, odometry, way_mm10, loud_q4)
+            window_mm10 = _LEAST_MM10
+            if fix.entry == self._entry:
+                window_mm10 = _NEAR_MM10 if near else _WINDOW_MM10
+                if max(self._way, abs(dx), abs(dy)) < window_mm10 >> 1 and abs(self._turned) < _TURN_CDEG:
+                    return False  # as nearly always
+            self.way_mm10 = max(self._way, length(dx, dy))
+            if self.way_mm10 >= window_mm10:
+                fits = self._compare_way(fix, odometry, loud_q4) and fix.entry == self._entry
             elif fix.entry == self._entry and abs(self._turned) >= _TURN_CDEG:
-                self._compare_turn(fix, odometry, loud_q4)
+                fits = self._compare_turn(fix, odometry, loud_q4)
             elif fix.entry == self._entry:
-                return
+                return False
         self._anchored = True
         self._x, self._y = fix.x_mm10, fix.y_mm10
         self._heading, self._entry = fix.heading_cdeg, fix.entry
         self._odometry_x, self._odometry_y = odometry.x_mm10, odometry.y_mm10
         self._odometry_heading = odometry.heading_cdeg
         self._scatter_cdeg = fix.scatter_cdeg
-        self._forward = self._way = self._turned = 0
+        self.way_ms = self._driven_ms
+        self._forward = self._way = self._turned = self._driven_ms = 0
+        return fits
 
     def _missed_cdeg(self, fix, odometry):
         turned_cdeg = wrap_cdeg(odometry.heading_cdeg - self._odometry_heading)
@@ -188,35 +214,41 @@ class OdometryShares:
     def _compare_turn(self, fix, odometry, loud_q4):
         missed_cdeg = self._missed_cdeg(fix, odometry)
         if not self._judge(abs(missed_cdeg) <= _APART_CDEG + (abs(self._turned) >> 2)):
-            return
+            return False
         told = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
         missed = mrad_q4(missed_cdeg) - self.drift.in_all_q4(self._forward // 10)
+        self.missed_q4 = missed - self.turn.in_all_q4(told)
+        self.off_mm10 = -1
         variance = self._heading_variance_q8(fix)
         if self._is_usual(self.turn, told, missed, variance, loud_q4):
             prior = self.turn.in_all_q4(told) - self.turn.beyond_prior_q4(told)
             self.turn.learn(told, missed - prior, variance)
             self.turn.settle(loud_q4)
+        return True
 
-    def _compare_way(self, fix, odometry, way_mm10, loud_q4):
+    def _compare_way(self, fix, odometry, loud_q4):
+        way_mm10 = self.way_mm10
         if way_mm10 >= _FURTHEST_MM10:
-            return
+            return False
         missed_cdeg = self._missed_cdeg(fix, odometry)
         told_x, told_y = odometry.x_mm10 - self._odometry_x, odometry.y_mm10 - self._odometry_y
         apart_cdeg = _APART_CDEG + (abs(self._turned) >> 2) + way_mm10 * 6 // 100
         fits = abs(missed_cdeg) <= min(17000, apart_cdeg)
         x, y = fix.x_mm10 - self._x, fix.y_mm10 - self._y
-        off_mm10 = apart_mm10(x, y, told_x, told_y, self._heading - self._odometry_heading)
-        fits = fits and off_mm10 <= _APART_MM10 + (way_mm10 >> 2)
+        self.off_mm10 = apart_mm10(x, y, told_x, told_y, self._heading - self._odometry_heading)
+        fits = fits and self.off_mm10 <= _APART_MM10 + (way_mm10 >> 2)
         if not self._judge(fits):
-            return
+            return False
         turned = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
         told = self._forward // 10
         missed = mrad_q4(missed_cdeg) - self.turn.in_all_q4(turned)
+        self.missed_q4 = missed - self.drift.in_all_q4(told)
         variance = min(_MOST_VARIANCE, self._heading_variance_q8(fix) + self.turn.variance_q8(turned))
         if abs(told) >= _LEAST_MM and self._is_usual(self.drift, told, missed, variance, loud_q4):
             prior = self.drift.in_all_q4(told) - self.drift.beyond_prior_q4(told)
             self.drift.learn(told, missed - prior, variance)
             self.drift.settle(loud_q4)
+        return True
 
     def learn_scale(self, told, missed_q4, variance_q8, loud_q4):
         """From one marker to the next odometry told so many mm, corrected by all that is known, and missed so
