@@ -1,9 +1,10 @@
 """The program on a Linux computer: frames from a video source in, the wire out. `larics camera` runs it.
 
-    python firmware/pc/linux_main.py OPTIONS.json
+    python firmware/pc/linux_main.py OPTIONS [--check]
 
-OPTIONS: what `larics camera` checked, {"source", "size", "fps", "every", "port", "baud", "tcp", "pty",
+OPTIONS: as JSON what `larics camera` checked, {"source", "size", "fps", "every", "port", "baud", "tcp",
 "link", "stdout", "settings", "set"}. Settings are kept in the file `settings`, as a board keeps its own.
+--check opens source and line, which tells what is wrong with them, and ends.
 """
 
 import hashlib
@@ -48,8 +49,8 @@ def unique_id():
     return hashlib.sha256(b"larics camera " + text.strip()).digest()[:12]
 
 
-def make_app(options):
-    """(App, line). Raises ValueError, OSError or CameraError with what is wrong."""
+def open_ends(options):
+    """(settings, store, faults, camera, line). ValueError, OSError or CameraError tell what is wrong."""
     faults = Faults()
     store = SettingsStore(AtomicFile(options["settings"]), faults)
     settings = store.load()
@@ -62,10 +63,13 @@ def make_app(options):
         tell=lambda text: say("%s: %s" % (options["source"], text)),
     )
     camera.open()  # a source that is not there is told now, in one line
-    line = make_line(options, settings.baud)
+    return settings, store, faults, camera, make_line(options, settings.baud)
+
+
+def make_app(settings, store, faults, camera, line):
     app = App(settings, camera, line, BOARD, unique_id(), store, faults, clock=host_clock, baud=line.baud)
     camera.ready = lambda: app.outbox.empty()
-    return app, line
+    return app
 
 
 def stop(*_):
@@ -73,8 +77,7 @@ def stop(*_):
 
 
 def main(arguments):
-    with open(arguments[0]) as file:
-        options = json.load(file)
+    options = json.loads(arguments[0])
     locks = []
     try:
         os.makedirs(os.path.dirname(options["settings"]), exist_ok=True)
@@ -86,12 +89,17 @@ def main(arguments):
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         signal.signal(getattr(signal, name), stop)
     try:
-        app, line = make_app(options)
+        ends = open_ends(options)
+        camera, line = ends[-2:]
+        if "--check" in arguments:
+            camera.stop()
+            line.close()
+            return 0
+        app = make_app(*ends)
     except (ValueError, OSError, CameraError) as error:
         return fail(str(error))
     except Stop:
         return 0
-    camera = app.watch.camera
     try:
         say("%dx%d from %s to %s" % (camera.width, camera.height, options["source"], line.name))
         app.run()

@@ -67,6 +67,18 @@ def _check_device(path):
         raise CameraError("%s belongs to a camera but delivers no pictures: try another number" % path)
 
 
+def _check_file(path):
+    """Raises CameraError unless that is a file that may be read."""
+    if os.path.isdir(path):
+        raise CameraError("%s is a folder: give one of its videos" % path)
+    if not os.path.isfile(path):
+        raise CameraError("there is no file %s" % path)
+    if not os.access(path, os.R_OK):
+        raise CameraError("%s may not be read: its owner has to allow that" % path)
+    if not os.path.getsize(path):
+        raise CameraError("%s is empty" % path)
+
+
 class VideoSource:
     """`size`: (width, height) to ask a device for, or None; fps likewise. Raises CameraError with what to do.
 
@@ -116,8 +128,8 @@ class VideoSource:
     def _open_stream(self):
         name = self._name
         wanted = []
-        if self.kind == "file" and not os.path.isfile(name):
-            raise CameraError("there is no file %s" % name)
+        if self.kind == "file":
+            _check_file(name)
         if self.kind == "address":
             wanted = [
                 cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,

@@ -147,18 +147,23 @@ def _compile_for_cameras():
     odometry.at(15000)
 
 
+def is_compiled() -> bool:
+    """Whether `compile_once` has nothing to do."""
+    if _cpython.EXECUTOR != "numba" or not _cpython.KEEPS_COMPILED:
+        return True
+    with contextlib.suppress(OSError):
+        return _stamp_file().read_text() == _stamp()
+    return False
+
+
 def compile_once() -> None:
     """Compiles all loops, for a program that begins afterwards, unless that was done before."""
-    if _cpython.EXECUTOR != "numba" or not _cpython.KEEPS_COMPILED:
+    if is_compiled():
         return
-    file, stamp = _stamp_file(), _stamp()
-    with contextlib.suppress(OSError):
-        if file.read_text() == stamp:
-            return
     with told("kernels", "the detector", False):
         compile_all()
     with contextlib.suppress(OSError):
-        file.write_text(stamp)
+        _stamp_file().write_text(_stamp())
 
 
 if __name__ == "__main__":

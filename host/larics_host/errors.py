@@ -32,7 +32,7 @@ EXTRAS = {
 def missing_package(who: str, package: str) -> UserError:
     """The error for a package that is not installed, with the extra that brings it."""
     extra = EXTRAS.get(package)
-    what = "larics[%s]" % extra if extra else package
+    what = '"larics[%s]"' % extra if extra else package  # shells take a bare bracket for a pattern
     return UserError("%s needs the Python package %s: pip install %s" % (who, package, what))
 
 

@@ -68,8 +68,9 @@ def _choose_cache(home, packages, temporary):
     folder = own
     if not _usable(own):
         folder = temporary
-        where = (folder, home, own)
-        line = "larics: compiled loops are kept in %s, as neither %s nor %s can be written" % where
+        if folder and not os.path.isdir(folder):  # else it was told before
+            where = (folder, home, own)
+            line = "larics: compiled loops are kept in %s, as neither %s nor %s can be written" % where
         if not folder or not _usable(folder):
             return None, False, "larics: no folder can be written: the loops are compiled anew each time"
     _take_along(packages, folder)

@@ -209,6 +209,8 @@ def test_the_c_library_reads_it(tmp_path):
         (["--source", "/dev/video77"], "there is no /dev/video77: is the camera plugged in?"),
         (["--source", "/dev/null"], "/dev/null is no camera"),
         (["--source", "nothing.mp4"], "there is no file nothing.mp4"),
+        (["--source", "."], ". is a folder"),
+        (["--source", "empty.mp4"], "empty.mp4 is empty"),
         (["--source", "http://127.0.0.1:9/"], "cannot be opened"),
         (["--source", "x", "--size", "640"], "--size 640 is no size"),
         (["--source", "x", "--tcp", "70000"], "--tcp 70000 is no port"),
@@ -217,6 +219,7 @@ def test_the_c_library_reads_it(tmp_path):
     ],
 )
 def test_bad_input_is_one_line(tmp_path, options, said):
+    (tmp_path / "empty.mp4").touch()
     done = subprocess.run(
         command(tmp_path, *options),
         env=environment(tmp_path),
@@ -227,6 +230,18 @@ def test_bad_input_is_one_line(tmp_path, options, said):
     )
     assert done.returncode == 2 and said in done.stderr, done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_what_cannot_be_opened_is_told_before_anything_is_compiled(tmp_path):
+    pytest.importorskip("numba")
+    (tmp_path / "loops").mkdir()
+    done = subprocess.run(
+        command(tmp_path, "--source", "nothing.mp4"),
+        env=environment(tmp_path) | {"NUMBA_CACHE_DIR": str(tmp_path / "loops")},
+        capture_output=True, text=True, timeout=PATIENCE_S,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (2, "larics: there is no file nothing.mp4\n")
+    assert not list((tmp_path / "loops").rglob("*.nbi"))
 
 
 def test_a_port_that_cannot_be_opened_is_told_plainly():

@@ -105,7 +105,7 @@ def test_a_missing_package_hurts_only_its_command(command, monkeypatch, capsys):
     monkeypatch.setattr(cli.importlib, "import_module", import_module)
     assert cli.main(["fake"]) == 0
     assert cli.main(["plot"]) == 2
-    assert "pip install larics[plot]" in capsys.readouterr().err
+    assert 'pip install "larics[plot]"' in capsys.readouterr().err
     with pytest.raises(SystemExit) as end:
         cli.main(["--help"])
     assert end.value.code == 0

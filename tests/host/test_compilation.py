@@ -30,6 +30,8 @@ def test_where_compiled_loops_are_kept(tmp_path, monkeypatch):
     folder, kept, line = chosen(tmp_path, monkeypatch, ["temporary"])
     assert folder == str(tmp_path / "temporary") and kept
     assert line.startswith("larics: compiled loops are kept in %s, as neither" % folder) and "\n" not in line
+    (tmp_path / "temporary").mkdir()
+    assert chosen(tmp_path, monkeypatch, ["temporary"]) == (folder, True, None)  # told before
     folder, kept, line = chosen(tmp_path, monkeypatch, [])
     assert folder is None and not kept and "compiled anew each time" in line
 

@@ -70,7 +70,7 @@ FILES = (
     (b"", "it is empty"),
     (
         b'{"time_s": 1.0, "message": "MARKER"}\n',
-        "JSON lines: larics replay and larics monitor",
+        "JSON lines, for larics replay, larics monitor",
     ),
     (b"time_s,sequence,frame\n1,2,3\n", "a table of larics log"),
     (b"\x89MCAP0\r\n" + NOISE, "an MCAP file"),
@@ -81,6 +81,7 @@ FILES = (
         b"\xff\xfe" + "ÿ\x01\x02".encode("utf-16-le") * 50,
         "another encoding: a console changed the bytes",
     ),
+    (bytes(100), "100 bytes: nothing but zeros"),
     (NOISE, "noise, no message among it; it takes the bytes of larics log --raw"),
 )
 

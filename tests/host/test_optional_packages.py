@@ -35,7 +35,7 @@ def test_a_missing_package_is_named(package, argv, tmp_path, monkeypatch, capsys
     assert cli.main(argv) == 2
     error = capsys.readouterr().err
     assert error.startswith("larics: ") and error.count("\n") == 1
-    assert "needs the Python package %s: pip install larics[%s]" % (package, EXTRAS[package]) in error
+    assert 'needs the Python package %s: pip install "larics[%s]"' % (package, EXTRAS[package]) in error
     assert sorted(path.name for path in tmp_path.iterdir()) == before
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -274,6 +275,8 @@ def test_a_signal_while_data_is_at_hand_loses_none(tmp_path, monkeypatch, capsys
         (["none.bin"], "cannot read none.bin"),
         (["none.jsonl"], "cannot read none.jsonl"),
         (["empty.bin"], "empty.bin is empty"),
+        (["note.txt", "--stdout"], "note.txt holds no message, 6 bytes: text (hello)"),
+        (["noise.bin", "--rounds", "0"], "noise.bin holds no message, 300 bytes: noise"),
         (["bad.jsonl"], "bad.jsonl line 1 is not from larics log"),
         (["odd.jsonl"], "odd.jsonl message 1 is no message"),
         (["odd.csv"], "odd.csv is not from larics log"),
@@ -288,6 +291,8 @@ def test_a_signal_while_data_is_at_hand_loses_none(tmp_path, monkeypatch, capsys
 def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty.bin").write_bytes(b"")
+    (tmp_path / "note.txt").write_text("hello\n")
+    (tmp_path / "noise.bin").write_bytes(random.Random(1).randbytes(300))
     (tmp_path / "good.bin").write_bytes(messages())
     (tmp_path / "bad.jsonl").write_text("{}\n{}\n")
     (tmp_path / "odd.csv").write_text("a,b\n1,2\n")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +64,7 @@ def default_settings(name: str) -> Path:
 
 def run(args: argparse.Namespace) -> int:
     import larics
-    from larics_host.compilation import compile_once
+    from larics_host.compilation import compile_once, is_compiled
     from larics_host.connection.camera_settings import parse_changes
     from larics_host.sources import source_root
 
@@ -80,16 +80,19 @@ def run(args: argparse.Namespace) -> int:
     }  # fmt: skip
     if args.tcp is not None and not 0 <= args.tcp <= 65535:
         raise UserError("--tcp %d is no port: 0 to 65535" % args.tcp)
-    folder = tempfile.mkdtemp(prefix="larics-camera-")
-    file = Path(folder) / "options.json"
-    file.write_text(json.dumps(options))
     # the package that is imported here is imported there, too, with the loops that are compiled for it
     paths = root / "firmware", Path(larics.__file__).parents[1]
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(map(str, paths)))
-    compile_once()  # or the first frames would wait for it
+    command = [sys.executable, str(program), json.dumps(options)]
+    if not is_compiled():
+        # what cannot be opened is told before anybody waits for the compiler
+        code = subprocess.run([*command, "--check"], env=environment).returncode
+        if code:
+            return code
+        compile_once()  # or the first frames would wait for it
     sys.stdout.flush()
     # the program takes the place of this one, so that signals and a service manager reach it directly
-    os.execve(sys.executable, [sys.executable, str(program), str(file)], environment)
+    os.execve(sys.executable, command, environment)
 
 
 def _size(text: str | None) -> tuple[int, int] | None:

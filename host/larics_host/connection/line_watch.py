@@ -21,14 +21,17 @@ _ENOUGH = 2  # sentences or frames of another language, less is chance
 _NMEA = re.compile(rb"\$([A-Z]{2}[A-Z0-9]{1,6})((?:,[^$*\r\n]{0,80})*)\*([0-9A-Fa-f]{2})")
 _MARK = (b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf")
 _FILES = (  # how files begin that are no bytes of a line
-    (b"{", "JSON lines: larics replay and larics monitor --input take them, larics log --convert, too"),
+    (
+        b"{",
+        "JSON lines, for larics replay, larics monitor --input, larics log --convert as .jsonl",
+    ),
     (
         b"time_s,",
-        "a table of larics log: larics replay and larics monitor --input take it, larics log --convert, too",
+        "a table of larics log, for larics replay, larics monitor --input, larics log --convert as .csv",
     ),
     (
         b"\x89MCAP",
-        "an MCAP file: larics replay and larics monitor --input take it, larics log --convert, too",
+        "an MCAP file, for larics replay, larics monitor --input, larics log --convert as .mcap",
     ),
     (b"OMV IMG STR", "an ImageIO stream: larics record --input takes it"),
     (b"P5", "an image: larics detect takes it"),
@@ -76,6 +79,8 @@ class LineWatch:
         if counters.version > counters.crc:
             return "messages of another version: both need the same larics, which larics flash brings"
         if baud is None:
+            if not sample.strip(b"\0"):
+                return "nothing but zeros: the disk or the power failed before it was written"
             if sample.startswith(_MARK) or sample[1:40:2].strip(b"\0") == b"":
                 return "text in another encoding: a console changed the bytes; larics log --raw keeps them"
             for head, text in _FILES:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from larics.wire.codec import Encoder
 from larics_host import files
+from larics_host.connection.line_watch import LineWatch
 from larics_host.connection.receiver import Receiver, wire_bytes
 from larics_host.errors import UserError, missing_package, report
 from larics_host.logs.log_writer import MARKER_COLUMNS
@@ -282,11 +283,12 @@ def _pieces_of_records(path, records):
 def _pieces_of_bytes(path):
     """Cuts behind each complete message; what is damaged goes with the next one."""
     times = _times(path.with_suffix(".jsonl"))
-    receiver = Receiver()
+    receiver, watch = Receiver(), LineWatch()
     waiting = bytearray()
     try:
         with open(path, "rb") as file:
             while block := file.read(_PIECE):
+                watch.feed(block)
                 start = 0
                 while start < len(block):
                     end = block.find(b"\0", start) + 1 or len(block)
@@ -298,6 +300,8 @@ def _pieces_of_bytes(path):
                         waiting.clear()
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    if waiting and not receiver.counters.messages:
+        raise UserError("%s holds no message, %s" % (path, watch.explain(receiver.counters)))
     if waiting:
         yield Piece(None, bytes(waiting))
 

@@ -61,7 +61,7 @@ def _modules():
     except ImportError as error:
         machine = "%s on %s" % (platform.system(), platform.machine())
         raise UserError(
-            "larics ros2 needs the Python package cyclonedds: pip install larics[ros]; there "
+            'larics ros2 needs the Python package cyclonedds: pip install "larics[ros]"; there '
             "are wheels for x86-64 alone (here: %s), elsewhere build it, or record with larics log --bag (%s)"
             % (machine, error)
         ) from None

@@ -222,7 +222,6 @@ class Commands:
         if self._actions.settings_restored(name) is False:
             self.restart_due = True
         return m.NACK_MEMORY
-        return _ACKNOWLEDGED
 
     # answers
 
