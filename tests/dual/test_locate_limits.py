@@ -10,10 +10,10 @@ from larics.locate.matching import Gate, Matching
 from larics.locate.motion import Motion, grown
 from larics.locate.navigator import Navigator
 from larics.locate.noise import Residuals
-from larics.locate.route import Route
+from larics.locate.route import MISSED, SAME, Route
 from larics.locate.uncertainty import Systematic
 from larics.marker.detection import NO_SIGMA
-from larics.wire.messages import COASTING, LOST, MOTION_NONE, TRACKING
+from larics.wire.messages import CARRIED, COASTING, FAULT_ROUTE, LOST, MOTION_NONE, TRACKING
 
 ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000))
 FRAME_US = 20000
@@ -149,6 +149,48 @@ def test_odometry_carries_the_pose_on_up_to_a_sigma():
         found.carrier = Carrier(*sigmas)
         assert found._is_carried(found.carrier, 0) == expected, sigmas
         assert found.state == (TRACKING if expected else LOST)
+
+
+def test_what_markers_say_of_their_own_scatter_is_bounded():
+    for told, scatter in (
+        ((19999, 179990), (19999, 17999)),
+        ((20001, 180010), (20000, 18000)),
+        ((60000, 600000), (20000, 18000)),
+    ):
+        found, time_us = standing(2)
+        measurement = measured(3, 0)
+        measurement.sigma_mm10, measurement.sigma_mdeg = told
+        found.update([measurement], 1, time_us + FRAME_US)
+        assert (found._last.scatter_mm10, found._last.scatter_cdeg) == scatter, told
+
+
+def carried_to(x_mm10, sigma_mm10):
+    """A route's vehicle that odometry has carried on to that place, on its way to marker 4 at 40000."""
+    navigator = Navigator(ROWS, (3, 4), start=0)
+    navigator.route.see(3)
+    navigator.pose.state = CARRIED
+    navigator.pose.x_mm10, navigator.pose.sigma_mm10 = x_mm10, sigma_mm10
+    return navigator
+
+
+def test_how_near_a_marker_is_seen_if_it_is_there():
+    for sigma_mm10, near_mm10 in ((0, 2500), (1250, 2500), (2000, 4000), (5000, 10000), (9000, 10000)):
+        for x_mm10, expected in ((40000 - near_mm10 + 1, True), (40000 - near_mm10, False)):
+            assert carried_to(x_mm10, sigma_mm10)._is_at_next() == expected, (sigma_mm10, x_mm10)
+    navigator = carried_to(40000, 0)
+    for state, expected in ((CARRIED, True), (TRACKING, False), (COASTING, False), (LOST, False)):
+        navigator.pose.state = state
+        assert navigator._is_at_next() == expected, state
+
+
+def test_a_marker_is_passed_after_two_frames_at_its_place_without_it():
+    navigator = carried_to(40000, 0)
+    told = []
+    for x_mm10 in (40000, 20000, 40000, 40000):  # frames in a row
+        navigator.pose.x_mm10 = x_mm10
+        navigator._follow([], 0)
+        told.append((navigator.event, navigator.fault))
+    assert told[:3] == [(SAME, 0)] * 3 and told[3] == (MISSED, FAULT_ROUTE), told
 
 
 def test_residuals_are_averaged_over_sixteen_frames():

@@ -29,6 +29,20 @@ class Bench:
         return self.odometry
 
 
+def test_what_a_message_tells_is_taken():
+    bench = Bench()
+    assert bench.take(5000000, y_mm10=7, flags=2).flags == 2 and bench.odometry.epoch == 3
+    assert bench.take(5020000, flags=1).flags == 1
+
+
+def test_a_message_may_have_waited_since_the_line_was_read_before():
+    bench = Bench()
+    bench.take(5000000)
+    for passed_us in (3000, 41000):
+        bench.take(bench.now_us - LINE_US + passed_us)
+        assert bench.odometry.clock.items[20] == passed_us
+
+
 def keep(odometry, time_us, x_mm10=0, heading_cdeg=0, known=1):
     """What `take` does behind the clock, which agrees with the vehicle's."""
     time_us &= m.COUNT_MAX
@@ -132,6 +146,7 @@ def test_spans_of_messages():
     assert clock.items[9] == 8000
     for silence_us, left in ((32000000, 2), (32001000, 0)):
         assert heard((0, 0), (silence_us, 0))[0].items[12] == left
+    assert heard((0, 0), (20000, 0), (40000, 2000000))[0].items[12] == 1  # another clock: all is forgotten
 
 
 def learned(between_ms, grown_us, waited_us=0, late_us=0):
@@ -156,9 +171,12 @@ def test_a_drift_is_learned_beyond_doubt_and_within_reason():
         (1000, 20001, 0, 20000),
         (1000, -20001, 0, -20000),
         (40000, 40000, 0, 1000),
+        (40000, 900000, 0, 20000),
         (40001, 40000, 0, 0),
     ):
-        assert learned(between_ms, grown_us, waited_us).drift_ppm() == drift_ppm, (between_ms, grown_us)
+        clock = learned(between_ms, grown_us, waited_us)
+        assert clock.drift_ppm() == drift_ppm, (between_ms, grown_us)
+        assert clock.items[9] == (2000 if drift_ppm else 8000)  # a new one is soon looked at again
 
 
 def test_an_estimate_that_no_message_reaches_is_put_right():
@@ -356,3 +374,28 @@ def test_a_leg_that_misses_shows_that_turns_are_not_as_quiet_as_they_seemed():
         fix.x_mm10 = off_mm10
         made._hear_noise(fix)
         assert (made._turn_most_q4 > -100) == louder and made._turn_loud_q4() <= made._loud_q4
+
+
+class Near(Carrier):
+    looks = 0
+
+    def _look_closely(self, fix):
+        self.looks += 1
+
+
+def test_legs_tell_more_of_the_noise_than_ways_below_a_marker():
+    made = Near(OdometryNoise())
+    odometry = Told()
+    odometry.epoch = odometry.jumps = 0
+    made.move(odometry, 0)
+    for legs, way_mm10, ended, looks in (
+        (2, 7000, True, 1),
+        (3, 7000, True, 0),
+        (2, 7001, True, 0),
+        (2, 7000, False, 0),
+    ):
+        made.shares.compare = lambda *rest, ended=ended: ended
+        made.shares.way_mm10 = way_mm10
+        made._legs, made.looks = legs, 0
+        made.fix(placed())
+        assert made.looks == looks, (legs, way_mm10, ended)

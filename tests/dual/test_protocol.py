@@ -193,6 +193,9 @@ def test_each_defect_has_its_counter():
     assert counts(b"\x01" * 500 + b"\0") == {"over_long": 1}
     assert counts(b"\xff\x01\0") == {"over_long": 1}
     assert counts(frame_of(bytes([p.VERSION + 1]) + good[1:])) == {"version": 1}
+    for size in (1, 3):  # with a good CRC, but no whole header
+        assert counts(frame_of(good[:size])) == {"length": 1}
+        assert counts(frame_of(bytes([p.VERSION + 1]) + good[1:size])) == {"length": 1}
     assert counts(frame_of(bytes([p.VERSION, 63, 4, 0, 1, 2, 3]))) == {"unknown": 1}
     assert counts(frame_of(bytes([p.VERSION, p.PING, 4, 0, 1]))) == {"length": 1}
     assert counts(frame_of(bytes([p.VERSION, p.PING, 4, 0, 1, 2, 3]))) == {"length": 1}
