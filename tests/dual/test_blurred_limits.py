@@ -14,10 +14,12 @@ class Scores:
     def __init__(self, scores, shade=100):
         self.scores = list(scores)
         self.shade = shade
+        self.effort = 0
         self.x_q10 = self.y_q10 = self.e1 = self.e2 = 0
         self.radius_q8 = 6000
 
     def coarse(self, *arguments):
+        self.effort += 450
         score = self.scores.pop(0)
         return score if score >= arguments[-1] else 0
 
@@ -160,6 +162,7 @@ class NoFit:
 
     def __init__(self, lost=(LOST_ON_THE_WAY,)):
         self.turns = []
+        self.effort = 0
         self.losses = list(lost)
         self.lost = LOST_ON_THE_WAY
         self.x_q10 = self.y_q10 = self.radius_q8 = self.e1 = self.e2 = 0
@@ -172,6 +175,7 @@ class NoFit:
 
     def fit(self, frame, turns, lines):
         self.turns.append(turns)
+        self.effort += 600
         self.lost = self.losses.pop(0) if len(self.losses) > 1 else self.losses[0]
         return False
 
@@ -183,10 +187,19 @@ class Endless:
         self.items = items
         self.clear = clear
         self.asked = 0
+        self.passed_over = []
+        self.postponed = False
 
-    def best(self, frame, rings, passes_over):
+    def best(self, frame, rings, passes_over, effort_most):
+        self.passed_over.append(passes_over)
+        if self.postponed:
+            return -1
         self.asked += 1
         return 0
+
+    def postpone_others(self, taken, verdict):
+        self.postponed = True
+        return True
 
     def note(self, *arguments):
         pass
@@ -201,6 +214,7 @@ class FirstLook:
     """Lines that are found at once."""
 
     depth, noise, rival = 256, 0, 0
+    residuals = [320] * 8
 
     def find_orientation(self, *arguments):
         return True
@@ -219,6 +233,11 @@ def test_how_often_it_fits_and_for_how_many_candidates():
     reader.lines = FirstLook()
     assert reader._examine_lines(None) == verdicts.NO_FIT
     assert rings.turns[4:] == [2]
+    # unless there is much beside a bit
+    for position, verdict in ((2, verdicts.NOT_EMPTY), (3, verdicts.NO_FIT)):
+        reader.lines.residuals = [320] * 8
+        reader.lines.residuals[position] = 321
+        assert reader._examine_lines(None) == verdict
 
 
 def fits(lost, sparing=False, few_fits=False, recognizes=False, clear=False):
@@ -240,6 +259,62 @@ def test_how_often_it_fits_what_is_no_marker():
     assert fits((LOST_ON_THE_WAY,), sparing=True, clear=True) == (1, 2)
     assert fits((LOST_ON_THE_WAY,), clear=True) == fits((LOST_ON_THE_WAY,)) == (2, 4)
     assert fits((LOST_ON_THE_WAY,), recognizes=True) == (2, 5)  # what was read before is not to go short
+
+
+def budgeted(budget, clear=True):
+    """How many candidates and fits it takes within a budget of thousands of instructions; the reader."""
+    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+    reader.candidates = candidates = Endless(reader.candidates.items, clear)
+    reader.rings = rings = NoFit((LOST_ON_THE_WAY,))
+    reader.examine(None, False, False, budget)
+    return candidates.asked, len(rings.turns), reader
+
+
+def test_a_budget_leaves_fits_and_candidates_to_the_next_frame():
+    for budget, clear, asked, count in (
+        (4100, True, 2, 4),
+        (4099, True, 1, 3),  # 1800 are more than 4099 less the 2300 of another one
+        (3500, True, 1, 3),
+        (3499, True, 1, 2),  # no third fit
+        (1900, True, 1, 2),
+        (1899, True, 1, 1),  # nor a second
+        (0, False, 1, 3),  # in a faint frame the first often fails
+    ):
+        assert budgeted(budget, clear)[:2] == (asked, count), (budget, clear)
+    reader = budgeted(0)[2]
+    # what was examined gives way to the others in the next frame, and in that alone
+    candidates = reader.candidates
+    for passes_over in (True, False):
+        candidates.postponed = False
+        reader.examine(None, False)
+        assert candidates.passed_over[-1] == passes_over
+
+
+def test_a_budget_ends_looks_once_there_is_a_candidate():
+    better = (8000, 8500, 9500)
+    for scores, effort_most, looks in ((better, 449, 1), (better, 450, 2), ((0, 0, 8000), 0, 3)):
+        candidates = Candidates()
+        for index in range(3):
+            candidates.remember(index << 14, 0, 5000, 9000, verdicts.NO_FIT, 9 - index, True)
+        rings = Scores(scores)
+        assert candidates.best(None, rings, False, effort_most) == CANDIDATE_ITEMS * (looks - 1)
+        assert len(rings.scores) == 3 - looks
+
+
+def test_what_may_be_another_view_is_not_postponed():
+    for x, verdict, kind, left in (
+        (5000, verdicts.NO_FIT, UNKNOWN, True),
+        (5001, verdicts.NO_FIT, UNKNOWN, False),
+        (5000, verdicts.NO_ORIENTATION, UNKNOWN, False),  # these rings were judged
+        (5001, verdicts.NO_FIT, READ, True),
+    ):
+        candidates = Candidates()
+        candidates.places.note(BIAS + x, BIAS, 5000, kind)
+        candidates.remember(0, 0, 5000, 9000, verdicts.NO_FIT, 9, True)
+        candidates.remember(x, 0, 5000, 9000, verdicts.NO_FIT, 8, True)
+        candidates.items[CANDIDATE_ITEMS + 13] = kind
+        assert candidates.postpone_others(candidates.best(None, Scores((9500,)), False), verdict) != left
+        assert bool(candidates.items[CANDIDATE_ITEMS + LOOKED]) != left, (x, verdict, kind)
 
 
 class Held:

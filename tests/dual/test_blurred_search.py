@@ -32,6 +32,10 @@ class Votes:
     """Notes how edges vote; finds three centres."""
 
     votes = 1
+    per_edge = 80000
+
+    class grid:
+        cells = 24000
 
     def __init__(self, least, centres):
         self.least_score = least
@@ -62,11 +66,11 @@ class Kept:
         self.votes.append(arguments[5])
 
 
-def searching(scales):
+def searching(scales, effort_most=1 << 29):
     centres = [0] * 9
     for scale in scales:
         scale.votes.centres = centres
-    return BlurredSearch(scales, centres, Kept(), 360, 296, Statistics())
+    return BlurredSearch(scales, centres, Kept(), 360, 296, Statistics(), effort_most)
 
 
 def test_least_scores():
@@ -98,6 +102,16 @@ def test_after_a_while_every_other_point_goes_on_voting_where_there_is_contrast(
         search.begin()
         search.find(None)
         assert scale.votes.asked[1:] == [(0, 7, 1)]
+
+
+def test_a_scale_that_would_take_too_much_is_not_searched():
+    for effort_most, searched in ((25000, True), (24999, False)):
+        scale = Scale(clear=False)
+        search = searching([scale], effort_most)
+        search.begin()
+        search.go_on(scale, 10)  # 5 edges of 80,000 votes each, 16 of which are a thousand instructions
+        assert bool(scale.votes.asked) == searched and scale.is_searched
+        assert search._statistics.effort() == (1000 if searched else 0)  # of the grid
 
 
 def test_when_a_search_goes_on_at_once():

@@ -35,6 +35,7 @@ _ONE_SHARE = const(9)  # 16ths of the orientation line: half as deep is dirt or 
 _ONE_MOST = const(420)
 _RESIDUAL_MOST = const(190)  # beside a bit, 1024 = as deep as the rings, and so much more for the noise:
 _OF_NOISE = const(2)
+_RESIDUAL_MOST_FIRST = const(320)  # before the rings are fitted without the lines; of markers up to 269
 _SMALL_Q8 = const(3072)  # radius of rings on which a speck of dirt may be as large as a line,
 _ONE_LEAST_SMALL = const(212)  # but is seldom as dark
 _DIRTY_MOST = const(200)  # of one position that must be empty, at most
@@ -102,6 +103,14 @@ class Acceptance:
             return verdicts.NOT_EMPTY
         one_least = _ONE_LEAST_SMALL if small else max(_ONE_LEAST, unit * _ONE_SHARE >> 4)
         return self._code(lines, unit, one_least, cells)
+
+    def too_uneven(self, lines):
+        """Whether so much is left beside the bits, at a first reading, that none would be accepted."""
+        most = _RESIDUAL_MOST_FIRST + lines.noise * _OF_NOISE
+        for position in BITS:
+            if lines.residuals[position] > most:
+                return True
+        return False
 
     def _guards(self, lines, unit, small):
         """Whether the five positions that carry no bit are empty; of a small marker one may be dirty."""

@@ -71,17 +71,18 @@ class Candidates:
             y_q8 + _BIAS, radius_min_q8, radius_max_q8, verdict,
         )  # fmt: skip
 
-    def best(self, frame, rings, passes_over):
+    def best(self, frame, rings, passes_over, effort_most=1 << 29):
         """The first item of the one that looks most like rings and has not been taken yet; -1 without any.
 
         Looks coarsely at one after the other until one looks good enough. What was read in the last frame
-        gives way to all others; passes_over: what was rejected is not looked at."""
+        gives way to all others; passes_over: what was rejected is not looked at; effort_most: of the rings,
+        with which no other look begins once there is one."""
         items = self.items
         self._passes_over = passes_over
         found = self._best()
         while found < 0 or items[found + SCORE] < _GOOD_SCORE or items[found + _KIND] == READ:
             slot = kernels.next_unseen(items, 0, 0, self._count)
-            if slot < 0:
+            if slot < 0 or found >= 0 and rings.effort > effort_most:
                 break
             self._look(frame, rings, slot)
             if items[slot + SCORE] and (found < 0 or self._is_better(slot, found)):
@@ -120,6 +121,26 @@ class Candidates:
     def was_read(self, slot):
         """Whether a marker was read there in the last frame."""
         return self.items[slot + _KIND] == READ
+
+    def postpone_others(self, taken, verdict):
+        """Leaves the others to the next frame, but for what was read in the last one and what may be another
+        view of the rings of the one taken, where these did not hold; whether there were any."""
+        items = self.items
+        near_q8 = items[taken + LEAST_Q8] if verdict < verdicts.NO_ORIENTATION else 0
+        postponed = False
+        for slot in range(0, _ITEMS * self._count, _ITEMS):
+            if (
+                (items[slot + SCORE] or not items[slot + LOOKED])
+                and items[slot + _KIND] != READ
+                and (
+                    abs(items[slot + X_Q8] - items[taken + X_Q8]) > near_q8
+                    or abs(items[slot + Y_Q8] - items[taken + Y_Q8]) > near_q8
+                )
+            ):
+                items[slot + LOOKED] = 1
+                items[slot + SCORE] = 0
+                postponed = True
+        return postponed
 
     def note(self, slot, radius_q8, kind):
         """Notes how the examination of one ended."""

@@ -35,6 +35,12 @@ _TURNS_AGAIN = const(2)  # with the lines taken out
 _TRIES = const(2)  # the candidate that looks most like rings, and another when it is no marker at all
 _FITS = const(4)  # of both together
 _FEW_FITS = const(2)  # of one, where another one was read in the last frame or little is to be done
+NO_BUDGET = const(536870912)
+EXAMINATION_EFFORT = const(3900)  # thousands of instructions that most candidates take
+_NEXT_EFFORT = const(2300)  # thousands of instructions: a fit and the search for a line,
+_SECOND_FIT_EFFORT = const(1000)  # so much more the second fit of a candidate may take than others,
+_LINE_EFFORT = const(500)  # that one alone,
+_LOOK_EFFORT = const(450)  # a look
 _GOOD_OF_MOTION = const(13)  # where motion led a fit astray, fewer sectors look like rings;
 _LARGE_Q8 = const(5120)  # rings from that size on are not fitted again otherwise
 _DEPTH_FIRST = const(130)
@@ -63,6 +69,9 @@ class BlurModelReader:
         self._fits_left = 0
         self._recognizes = False  # a candidate was read in the last frame
         self._settled = False  # the rings have been fitted without the lines
+        self._postponed = False  # what the last frame had no time for
+        self._fitted = 0  # how often the rings of this candidate were
+        self._effort_most = 0
         self._hidden = False  # a sharp picture may show that something hides a bit
         self.x_q8 = self.y_q8 = self.heading_cdeg = 0
 
@@ -79,34 +88,44 @@ class BlurModelReader:
         """Begins to examine the candidates of a frame that follows the one before."""
         self._recognizes = self.candidates.recognize()
 
-    def examine(self, frame, sparing, few_fits=False):
+    def examine(self, frame, sparing, few_fits=False, budget=NO_BUDGET):
         """The verdict on the candidate whose rings look most like rings, of those that were not read last.
 
         sparing: one is examined and no more, and what was rejected lately is passed over; it is fitted twice
-        at most where the frame has contrast, or with few_fits. ACCEPTED, ID_UNCERTAIN or what speaks against
-        it; NO_RADIUS without a candidate."""
+        at most where the frame has contrast, or with few_fits. budget: what the frame may take, as
+        `rings.effort`; no look nor fit but the first begins that would take more, and what was examined gives
+        way to the others in the next frame. ACCEPTED, ID_UNCERTAIN or what speaks against it; NO_RADIUS
+        without a candidate."""
         candidates = self.candidates
+        rings = self.rings
         verdict = verdicts.NO_RADIUS
         has_read = self._recognizes
         self._fits_left = _FEW_FITS if few_fits or sparing and candidates.clear else _FITS
+        passes_over = sparing or self._postponed
+        self._effort_most = budget - _NEXT_EFFORT
+        self._postponed = False
         for _ in range(1 if sparing else _TRIES):
-            slot = candidates.best(frame, self.rings, sparing)
+            slot = candidates.best(frame, rings, passes_over, self._effort_most - _LOOK_EFFORT)
             if slot < 0:
                 break
+            self._fitted = 0
             if has_read:
                 # what was read in the last frame is not to go short
                 self._fits_left = _FITS if candidates.was_read(slot) else _FEW_FITS
             self._settled = False
             verdict = self._examine_candidate(frame, slot)
-            radius_q8 = self.rings.radius_q8
+            radius_q8 = rings.radius_q8
             if verdict == verdicts.ACCEPTED:
                 candidates.note(slot, radius_q8, READ)
                 candidates.dismiss_judged(slot, radius_q8)
                 break
-            if verdict == verdicts.NO_ORIENTATION or self.rings.lost == LOST_FOR_GOOD:
+            if verdict == verdicts.NO_ORIENTATION or rings.lost == LOST_FOR_GOOD:
                 candidates.note(slot, radius_q8, REJECTED)
             if not has_read and (self._settled or verdict == verdicts.NOT_EMPTY):
                 break
+            if rings.effort > self._effort_most and candidates.postpone_others(slot, verdict):
+                candidates.note(slot, radius_q8, REJECTED)
+                self._postponed = True
             candidates.dismiss_ghosts(slot)
             if verdict >= verdicts.NO_ORIENTATION:
                 candidates.dismiss_judged(slot, radius_q8)
@@ -164,6 +183,7 @@ class BlurModelReader:
         rings = self.rings
         lines = self.lines
         acceptance = self.acceptance
+        rings.effort += _LINE_EFFORT
         if not lines.find_orientation(frame, rings) or lines.depth < _DEPTH_FIRST:
             return verdicts.NO_ORIENTATION
         if self._hidden and lines.noise <= _SHARP_NOISE:
@@ -174,6 +194,8 @@ class BlurModelReader:
         if not self._settled:
             if not lines.refine_orientation(frame, rings, 1) or not lines.read_code(frame, rings):
                 return verdicts.NO_ORIENTATION
+            if acceptance.too_uneven(lines):
+                return verdicts.NOT_EMPTY
             if not rings.fit(frame, _TURNS_AGAIN, lines):
                 return verdicts.NO_FIT
         if not acceptance.rings(rings, 1, 1):
@@ -201,6 +223,11 @@ class BlurModelReader:
         """Fits the rings from this pose, if a fit is left; returns whether they may be a marker's."""
         if not self._fits_left:
             return False
+        if self._fitted and self.candidates.clear:
+            over = self.rings.effort - self._effort_most
+            if over > (_SECOND_FIT_EFFORT if self._fitted == 1 else 0):
+                return False
+        self._fitted += 1
         self._fits_left -= 1
         rings = self.rings
         rings.start(x_q10, y_q10, radius_q8, e1, e2)

@@ -52,6 +52,8 @@ _RATIO_LEAST_Q10 = const(651)  # of the radii; a marker's are within 24 of 683 f
 _RATIO_MOST_Q10 = const(715)
 _FAINT_POWER = const(60000)  # sum of squares of a sector's samples: with less, noise may have led astray
 _NEAR_SCORE = const(8600)  # of BlurModel: less is far from rings
+_LOOK_EFFORT = const(900)  # of all 32 sectors, thousands of instructions
+_TURN_EFFORT = const(600)
 LOST_FOR_GOOD = const(0)  # how a fit ended: these are no rings of a marker,
 LOST_IN_NOISE = const(1)  # nothing was seen, but noise may be the reason,
 LOST_ON_THE_WAY = const(2)  # or the fit went astray
@@ -83,6 +85,8 @@ class BlurredRings:
     levels                the same in each of 32 sectors
     samples               array('H'), scratch space of whoever samples
     lost                  why the last `fit` failed: LOST_*
+    effort                what the frame took so far, thousands of instructions on a Cortex-M7: looks and fits
+                          add to it
     """
 
     def __init__(self, width, height, blur):
@@ -109,6 +113,7 @@ class BlurredRings:
         self._local = 1
         self.good = self.amplitude = self.background = self.match = 0
         self.lost = LOST_ON_THE_WAY
+        self.effort = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -143,6 +148,7 @@ class BlurredRings:
         scan[_SCAN_LAST] = high_q8
         score = 0
         for sector, hop, wanted, share in _LOOKS:
+            self.effort += _LOOK_EFFORT // hop
             kernels.circle_samples(
                 0, 0, frame, self.width, x_q8, y_q8, COSINE, 32, wanted, scan, self.samples
             )  # fmt: skip
@@ -200,6 +206,7 @@ class BlurredRings:
         Without lines the blur is searched for, too. False when the rings do not hold."""
         self.lost = LOST_ON_THE_WAY
         for turn in range(turns):
+            self.effort += _TURN_EFFORT
             # at first one direction in each of 32 sectors will do
             first = lines is None and turn == 0
             if not self.sample(frame, self._fan_first if first else self._fan, 16384, 0):

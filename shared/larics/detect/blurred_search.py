@@ -42,16 +42,18 @@ class BlurredSearch:
     candidates             blurred.candidates.Candidates that receives them
     width, height          of the frame, px
     statistics             counts edges and votes
+    effort_most            of the statistics, with which the scales left are not searched but in turns
     in_turns               whether one scale of many is searched in this frame
     """
 
-    def __init__(self, scales, centres, candidates, width, height, statistics):
+    def __init__(self, scales, centres, candidates, width, height, statistics, effort_most):
         self._scales = scales
         self._centres = centres
         self._candidates = candidates
         self._width = width
         self._height = height
         self._statistics = statistics
+        self._effort_most = effort_most
         self.in_turns = False
         self._empty = 1  # frames without a marker in a row; the first one is taken to be likely empty
 
@@ -97,7 +99,8 @@ class BlurredSearch:
         """Lists the centres of all scales that have none yet."""
         finder = None
         edges = 0
-        for scale in self._scales:
+        for index in range(len(self._scales) - 1, -1, -1):
+            scale = self._scales[index]
             if scale.is_searched:
                 continue
             if finder is None or not finder.finds_alike(scale.edges):
@@ -108,12 +111,17 @@ class BlurredSearch:
 
     def _list(self, scale, listed, first, edges, every):
         scale.is_searched = True
+        statistics = self._statistics
+        votes = (edges - first) // every * scale.votes.per_edge
+        if statistics.effort(votes) > self._effort_most:
+            return
         centres = self._centres
         least = least_score(scale)
         clear = scale.edges.is_clear()
         count = scale.votes.find(listed, first, edges, every, 0, self._width, 0, self._height)
-        self._statistics.edges += edges - first
-        self._statistics.votes += scale.votes.votes
+        statistics.edges += edges - first
+        statistics.votes += scale.votes.votes
+        statistics.cells += scale.votes.grid.cells
         for index in range(0, 3 * count, 3):
             if centres[index] < least:
                 break

@@ -90,6 +90,7 @@ class CentreVotes:
     inner_q10                     ratio of the rings * 1024
     half_line_q8                  half the line's width, 1/256 px
     step                          px between cells, also between the edges' grid points
+    per_edge                      votes of each edge
     least_score                   centres below that are not worth examining
     buffers                       VoteBuffers; its `centres` receive the result
     """
@@ -123,6 +124,7 @@ class CentreVotes:
             item = _CELLS_INNER if run > 1 else _CELLS_OUTER
             cells[item] = max(cells[item], longest + (longest & 1))
         both = cells[_CELLS_OUTER] + cells[_CELLS_INNER]
+        self.per_edge = 2 * both
         self._offsets = array("H", bytes(DIRECTIONS * both * 4))
         kernels.join_runs(runs, 0, 0, lengths, most, cells, self._offsets)
 

@@ -28,6 +28,11 @@ from larics.marker.id_set import id_set
 MARKERS = const(8)  # reported in one frame at most
 _FAINT_MARGIN = const(96)  # of a faint marker that the direct reader reads and the other one does not
 
+# what a frame may take, thousands of instructions, before the blur-model reader leaves the rest to the next
+_BUDGET = const(5900)
+_BUDGET_MANY = const(13800)  # with several scales or small rings
+_COARSE_STEP = const(4)  # finer grids take more, and the first fit of small rings often fails
+
 _TRACK_SLACK_PX = const(12)  # or half the radius: how far a marker may be from its prediction
 _DEFAULT_LINE_MM10 = const(175)  # reads 15 to 20 mm alike
 _FAMILY_MM10 = const(1500)
@@ -85,6 +90,7 @@ class Detector:
         self._plate_q10 = family.plate_mm10 * 1024 // outer
         self._scales = cut(tilted_px(radius_min_px, max_tilt_deg), radius_max_px)
         self._groups = grouped(self._scales)
+        self._groups.reverse()  # the finest grid last, which may have to wait for the next frame
 
         smallest = min([scale.step for scale in self._scales])
         edges_capacity = max(400, width * height // (smallest * smallest) // 4)
@@ -126,15 +132,20 @@ class Detector:
         self.blur_reader = None
         self._blurred_search = None
         if second_opinion:
-            from larics.blurred.reader import BlurModelReader  # a board with little memory does without
+            # a board with little memory does without
+            from larics.blurred.reader import EXAMINATION_EFFORT, NO_BUDGET, BlurModelReader
 
+            self._budget = NO_BUDGET if thorough else _BUDGET_MANY
+            if not thorough and len(self._scales) == 1 and smallest >= _COARSE_STEP:
+                self._budget = _BUDGET
             if BlurModelReader.knows(family):
                 self.blur_reader = BlurModelReader(
                     width, height, family, line_mm10, self.allowed, margin_min, self.direct.cells
                 )
                 self._blurred_search = BlurredSearch(
-                    self._scales, self._centres, self.blur_reader.candidates, width, height, self.statistics
-                )
+                    self._scales, self._centres, self.blur_reader.candidates, width, height, self.statistics,
+                    self._budget - EXAMINATION_EFFORT if len(self._scales) > 1 else NO_BUDGET,
+                )  # fmt: skip
         self._confirmation = Confirmation(confirm[0], confirm[1], MARKERS) if confirm else None
         detections = [Detection() for _ in range(MARKERS)]
         self._found = [detections[:count] for count in range(MARKERS + 1)]
@@ -254,6 +265,7 @@ class Detector:
         centres = scale.votes.find(listed, 0, edges, 1, 0, self.width, 0, self.height)
         self.statistics.edges += edges
         self.statistics.votes += scale.votes.votes
+        self.statistics.cells += scale.votes.grid.cells
         return centres
 
     def _tiny(self, scale):
@@ -295,6 +307,7 @@ class Detector:
             if self._count < MARKERS and not (self._count and self._taken(x_q8, y_q8)):
                 promising = found[index] >= scale.votes.least_score
                 self._candidate(frame, scale, edges if promising else 0, x_q8, y_q8, 0, flags, found[index])
+        self.statistics.crossings = self.direct.rings.crossings
 
     def _candidate(self, frame, scale, edges, x_q8, y_q8, radius_q8, flags, score):
         """Examines one candidate, with a predicted radius or with edges, and reports it when it is a marker.
@@ -348,8 +361,11 @@ class Detector:
         self._blurred_search.find(frame)
         if not self._thorough:
             reader.begin()
+        reader.rings.effort = self.statistics.effort()
         for _ in range(MARKERS if self._thorough else 1):
-            verdict = reader.examine(frame, self._blurred_search.is_sparing(), self._blurred_search.in_turns)
+            verdict = reader.examine(
+                frame, self._blurred_search.is_sparing(), self._blurred_search.in_turns, self._budget
+            )
             if self.statistics.blur_verdict != verdicts.ACCEPTED:
                 self.statistics.blur_verdict = verdict
             if verdict != verdicts.ACCEPTED:
