@@ -3,7 +3,7 @@
 from array import array
 
 from larics.kernels.odometry import settle
-from larics.locate.carrier import Carrier, Fix
+from larics.locate.carrier import Carrier, Fix, Quiet
 from larics.locate.odometry import KEPT, Odometry
 from larics.locate.odometry_shares import OdometryShares, Share
 from larics.locate.uncertainty import OdometryNoise
@@ -374,6 +374,39 @@ def test_a_leg_that_misses_shows_that_turns_are_not_as_quiet_as_they_seemed():
         fix.x_mm10 = off_mm10
         made._hear_noise(fix)
         assert (made._turn_most_q4 > -100) == louder and made._turn_loud_q4() <= made._loud_q4
+
+
+def test_the_least_surprise_that_counts():
+    for off_mm10 in range(0, 2000, 2):
+        made, fix = carrier()
+        made._turn_most_q4, fix.x_mm10 = -100, off_mm10
+        made._hear_noise(fix)
+        if made._turn_most_q4 > -100:
+            break
+    assert 25 <= made._turn_most_q4 + 100 <= 27, off_mm10
+
+
+def test_few_ways_tell_less_of_the_noise():
+    quiet = Quiet()
+    told = []
+    for _ in range(8):
+        quiet.add(4000, 0, 4000)  # as the model expects
+        told.append(quiet.most_q4())
+    assert told == [176, 176, 176, 96 // 4, 96 // 5, 96 // 6, 96 // 7, 96 // 8]
+
+
+def expected(way_ms):
+    """What the model expects of turns at 0.2 m/s that take so long."""
+    made, fix = carrier()
+    made.shares.way_ms, made.shares.way_mm10 = way_ms, 2 * way_ms
+    made.shares.missed_q4, made.shares.off_mm10 = 0, -1
+    made._look_closely(fix)
+    return made._near_turns._expected
+
+
+def test_wheels_that_go_wrong_for_a_while_show_less_on_short_ways():
+    one, two = expected(900), expected(1800)
+    assert abs(3 * two - 8 * one) <= one >> 4  # of twice as long a way not half as much, but two thirds
 
 
 class Near(Carrier):
