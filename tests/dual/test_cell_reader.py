@@ -215,7 +215,11 @@ def test_one_stroke_across_a_plain_marker_is_counted_once():
         ((5,), PLAIN, 64),
         ((22, 23, 0, 1), PLAIN, 160),  # 64, and half of what is beyond
         ((8, 9, 10, 11, 12), PLAIN, 192),
-        ((2, 9), PLAIN, 128),  # two strokes
+        # or as one that crosses at two places, when they are few: 64, and a quarter of what is beyond
+        ((5, 6), PLAIN, 80),
+        ((2, 9), PLAIN, 80),
+        ((2, 3, 9), PLAIN, 96),
+        ((2, 3, 9, 10), UNKNOWN, 256),
         ((2, 9, 16), PLAIN, 192),
         ((2, 3, 9, 16), UNKNOWN, 256),
         ((8, 9, 10, 11, 12, 13), UNKNOWN, 384),  # too many for one

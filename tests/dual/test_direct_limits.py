@@ -4,11 +4,11 @@ from array import array
 
 from larics.arith import fixed, tables
 from larics.detect.tracker import Tracker
-from larics.direct import ring_fit, uncertainty
+from larics.direct import line_reader, ring_fit, uncertainty
 from larics.direct.line_reader import LineReader
 from larics.direct.reader import DirectReader
 from larics.direct.ring_fit import RingFit
-from larics.kernels import coarse, harmonics, layouts, lines, robust
+from larics.kernels import coarse, directions, harmonics, layouts, lines, robust
 from larics.marker import LARICS3, verdicts
 from larics.marker.detection import Detection
 
@@ -321,6 +321,68 @@ def test_what_passes_as_an_orientation_line():
         reader.line[layouts.CROSSING_AREA], reader.line[layouts.CROSSING_GAP] = area, gap
         reader.line[layouts.CROSSING_SLOPE], reader.line[layouts.CROSSING_SLOPE_MOST] = slope, 100
         assert reader._passes() == expected, (area, gap, slope)
+
+
+class Around(LineReader):
+    """Directions that are dark outside the rings, as (area, gap, slope, distance, end) measured of each."""
+
+    def __init__(self, *measured):
+        LineReader.__init__(self, LARICS3, 175)
+        self.measured = measured
+
+    def annulus_profile(self, *arguments):
+        return 1
+
+    def dark_directions(self, *arguments):
+        for index in range(len(self.measured)):
+            arguments[-1][2 * index] = index + 1
+        return len(self.measured)
+
+    def _measure(self, frame, rings, angle_turn16, rounds):
+        area, gap, slope, distance, self._end = self.measured[(angle_turn16 >> 9) - 1]
+        self.line[layouts.CROSSING_AREA], self.line[layouts.CROSSING_GAP] = area, gap
+        self.line[layouts.CROSSING_SLOPE], self.line[layouts.CROSSING_SLOPE_MOST] = slope, 100
+        self.line[layouts.CROSSING_DISTANCE] = distance
+        self.angle_turn16 = angle_turn16
+
+    def _measure_ends(self, frame, rings):
+        self.end_q8 = self._end
+
+
+class AtThirty:
+    """Rings of 30 px."""
+
+    radius_q8 = 7680
+    fit = None
+
+
+def test_shadows_and_pipes_are_no_rivals_of_an_orientation_line():
+    line = (200, 0, 0, 0, 0)
+    for others, rivals, where, second in (
+        ((), 1, 0, 0),
+        (((190, 90, 99, 420, 140),), 2, 0, 0),  # 300, and a 64th of the radius
+        (((190, 0, 0, 0, 141),), 1, 0, 0),  # it goes on where a line ends
+        (((190, 0, 100, 0, 0),), 1, 0, 0),  # it is not straight
+        (((190, 0, 0, 421, 0),), 1, 0, 243),  # it may be a line that is partly hidden
+        (((190, 91, 0, 0, 0),), 1, 0, 243),
+        (((401, 0, 0, 0, 0),), 1, 1, 127),  # the first is as pale as none
+        (((300, 0, 0, 0, 141), (95, 0, 0, 0, 0)), 1, 0, 121),
+    ):
+        reader = Around(line, *others)
+        line_reader.directions = reader
+        try:
+            assert reader.find_orientation(None, AtThirty) == rivals, others
+        finally:
+            line_reader.directions = directions
+        if rivals == 1:
+            assert (reader.angle_turn16, reader.second_q8) == ((where + 1) << 9, second), others
+    # alone, it is left to the rules on the orientation line
+    reader = Around((200, 0, 99, 999, 999))
+    line_reader.directions = reader
+    try:
+        assert reader.find_orientation(None, AtThirty) == 1
+    finally:
+        line_reader.directions = directions
 
 
 def test_short_lines_may_be_less_straight():

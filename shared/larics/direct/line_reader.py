@@ -21,6 +21,7 @@ POSITIONS = const(8)  # every 45 degrees from the orientation line; 2, 4 and 6 c
 
 _BIAS = const(1 << 24)
 _CROSSING_SLOPE = const(5)  # items as in kernels.layouts
+_CROSSING_DISTANCE = const(6)
 _CROSSING_AREA = const(7)
 _CROSSING_GAP = const(8)
 _CROSSING_SLOPE_MOST = const(9)
@@ -54,6 +55,8 @@ _SEEN_LEAST = const(125)  # depth of a coding line that is surely seen, 256 = as
 _OFF_MOST = const(450)  # 2.5 degrees: a cell is 9 wide
 _LINE_LEAST = const(96)  # area of what may be an orientation line, 256 = as the rings',
 _GAP_MOST = const(90)  # and how much of it may be missing, 256 = all
+_DISTANCE_MOST = const(300)  # of centroids from it, 1/1024 px, and 1/64 of the radius's 1/256 px
+_END_MOST = const(140)  # beyond its ends, 256 = as dark as the line, where there is another
 _CODE_OPENING = const(104)  # half the angle between two positions, as a slope / 256
 _CODE_RADII = const(4)
 
@@ -64,7 +67,7 @@ class LineReader:
     angle_turn16       clockwise angle of the orientation line, 1/65536 turn
     rivals             directions outside the rings that pass as an orientation line: 1 for a marker
     line               array of kernels.layouts: CROSSING, what was measured of it
-    second_q8          depth of the second darkest direction, 256 = as deep as the line
+    second_q8          area of another direction that is straight and ends as a line, 256 = as the line's
     end_q8             darkness beyond the line's ends, outside and between the rings, where the plate must be
                        white, 256 = as dark as it
     code_inside        whether all eight positions lie inside the frame
@@ -139,21 +142,25 @@ class LineReader:
             _HYPOTHESES,
             picks,
         )
-        best_turn16 = best_q8 = 0
+        best_turn16 = best_q8 = second_q8 = 0
+        distance_q10 = (rings.radius_q8 >> 6) + _DISTANCE_MOST
         for index in range(found):
             self._measure(frame, rings, picks[2 * index] * stride * 256, 2)
+            if found > 1 and not self._ends(frame, rings):
+                continue
             line_q8 = self.line[_CROSSING_AREA]
-            if self._passes() and line_q8 * 2 > best_q8:
+            is_near = found == 1 or self.line[_CROSSING_DISTANCE] <= distance_q10
+            if self._passes() and is_near and line_q8 * 2 > best_q8:
                 if line_q8 > best_q8 * 2:
                     self.rivals = 0
+                    second_q8 = max(second_q8, best_q8)
                 self.rivals += 1
                 if self.rivals == 1:
                     best_q8 = line_q8
                     best_turn16 = self.angle_turn16
-                    if found > index + 1:
-                        self.second_q8 = (picks[2 * index + 3] << 8) // picks[2 * index + 1]
-                    else:
-                        self.second_q8 = 0
+            else:
+                second_q8 = max(second_q8, line_q8)
+        self.second_q8 = (second_q8 << 8) // max(1, best_q8)
         if self.rivals == 1 and best_turn16 != self.angle_turn16:
             self._measure(frame, rings, best_turn16, 1)
         return self.rivals
@@ -241,11 +248,24 @@ class LineReader:
         )
 
     @micropython.native
+    def _ends(self, frame, rings):
+        """Whether what was measured last is straight, and ends where a line ends: no shadow, no pipe."""
+        line = self.line
+        if line[_CROSSING_SLOPE] >= line[_CROSSING_SLOPE_MOST]:
+            return False
+        self._measure_ends(frame, rings)
+        return self.end_q8 <= _END_MOST
+
+    @micropython.native
     def refine(self, frame, rings, rounds):
         """Measures the orientation line once more, from its last angle and the present centre.
 
         rounds: two where the centre has moved, which turns the line."""
         self._measure(frame, rings, self.angle_turn16, rounds)
+        self._measure_ends(frame, rings)
+
+    @micropython.native
+    def _measure_ends(self, frame, rings):
         self.end_q8 = 0
         for shape in self._end_shapes:
             dark_q8 = kernels.line_end(0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, shape, self.angle_turn16)

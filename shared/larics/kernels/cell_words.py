@@ -39,7 +39,8 @@ _COST_QUARTERS = const(5)  # and at least as much as the first contradicts,
 _COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
 _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
-_STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross
+_STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross,
+_STROKE_FEW = const(3)  # and at two places
 
 
 @micropython.viper
@@ -244,7 +245,7 @@ def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int,
         elif value < 0 and (hidden >> i) & 1:
             weights[i] = _BIAS
         i += 1
-    # dark cells that one stroke may have made: there is none between them that is white
+    # dark cells that one stroke may have made: there is none between them that is white, or they are few
     if total > 64 and dark <= _STROKE_MOST:
         strokes = 0
         seen = 0
@@ -261,7 +262,9 @@ def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int,
             elif value < 0:
                 seen = 0
             i += 1
-        if strokes < 2:
+        if strokes < 3 and dark <= _STROKE_FEW:
+            total -= ((total - 64) * 3) >> 2
+        elif strokes < 2:
             total -= (total - 64) >> 1
     weights[25] = total
     return count

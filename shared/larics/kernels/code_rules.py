@@ -42,30 +42,35 @@ _SMALL_DOUBT = const(25)
 # light on a position, log units of grey: what a mirrored lamp adds to a line makes it shallow or hides it
 _FADED = const(60)  # twice the depth at which a 0 may be a bleached line; twice the stray depth is added,
 _FADED_MOST = const(120)  # up to this; where it is brighter than the mean, by so much less;
-_FADED_LEAST = const(20)  # but never below this
+_FADED_LEAST = const(20)  # but never below this;
+_CALM = const(64)  # a smooth 0 that is not bright is a stain, where no position strays more
 _HALF_FADED = const(30)  # likewise of the deeper half, and twice what their halves stray
 _ROUGH_MOST = const(120)  # mean square of what lies on a 0, 7168 = as deep as a line, and so many times what
-_ROUGH_NOISE = const(3)  # lies where no bit is: something crosses it, and hides a line as well
+_ROUGH_NOISE = const(3)  # lies where no bit is: something crosses it, and hides a line as well;
+_ROUGHEST = const(900)  # where it is lighter than its sides, what lies beside it is rough, up to this
 _GLARE_MOST = const(130)  # a position that much brighter than the mean may have lost its line,
-_SPOT_MOST = const(50)  # or that much brighter than the third brightest, if it is bright at all:
-_BUMP_MOST = const(25)  # or so much brighter than both places beside it: a patch of white, or of light
+_SPOT_MOST = const(50)  # or that much brighter than the third brightest, if it is as bright as this:
+_SPOT_BRIGHT = const(980)
+_BUMP_MOST = const(45)  # or so much brighter than both places beside it: a patch of white, or of light;
+_BUMP_GLARE = const(100)  # a position brighter than the mean by this
+_BUMP_LESS = const(25)  # if it is so much brighter than those
 _HIGH = const(900)  # where tone curves flatten what the light leaves of a line
 _BRIGHT = const(25)  # a 0 there that is so much brighter than the mean, if not quite empty,
 _BRIGHT_DEPTH = const(5)
 _CLIPPED = const(1036)  # or on clipped white, needs
 _PALE_Q8 = const(154)  # a ring beside it that has this share of the rings' mean area;
 _CLIPPED_DISTANCE = const(18)  # and on clipped white its margin is no more than this leaves
-_EDGE_GLARE = const(50)  # a 1 that much brighter than the mean must be darker than both its sides by
-_EDGE_LEAST = const(80)
 _PALE_ONE_Q8 = const(148)  # a 1 has this share of the deepest one's depth: a scratch is thinner than a line;
-_PALE_GLARE = const(15)  # unless light on it makes it shallower
+_PALE_GLARE = const(15)  # unless light on it makes it shallower,
+_UNEVEN = const(100)  # or what must be empty strays no more
 # edges, cables that cross and stains may pass for a line, or undo one
-_LEAST = const(24)  # area of any 1 below the darker side
+_LEAST = const(24)  # area of any 1 below the darker side,
+_EVEN = const(75)  # where a half of what must be empty strays more
 _HALF_LEAST = const(60)  # where that of a half is less, each half's below the mean of the sides;
-_STRAY_MOST = const(150)  # and what must be empty strays no more,
-_UNDONE = const(40)  # nor where a 0 is lighter than its sides by this, or where it strays less, by this and
-_LIGHTER_Q8 = const(64)  # that share of what it strays: something white lies on the plate
-_WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area
+_STRAY_MOST = const(150)  # and what must be empty strays no more
+_WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area,
+_HIDDEN_DEPTH = const(20)  # or some of it, and the 0 is as empty as this and not bright;
+_DIM_Q8 = const(185)  # this where it is rough: a bright cable crosses both
 
 
 @micropython.viper
@@ -158,9 +163,6 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
         one_least += _SMALL_DOUBT
         zero_most -= _SMALL_DOUBT
     rough_most = _ROUGH_MOST + int(light[_LIGHT_ROUGH]) * _ROUGH_NOISE
-    lighter = _UNDONE
-    if int(light[_LIGHT_STRAY]) <= _STRAY_MOST:
-        lighter += (int(light[_LIGHT_STRAY]) * _LIGHTER_Q8) >> 8
     pale = 0
     slot = 2 * _POSITION_ITEMS
     while slot < 8 * _POSITION_ITEMS:
@@ -202,41 +204,66 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
             marker_id += 1
             near = int(code[slot + _POSITION_NEAR])
             far = int(code[slot + _POSITION_FAR])
-            odd = 0
+            signs = 0
             if depth < pale and glare < _PALE_GLARE:
-                odd = 1
-            if near + far < _LEAST or (glare > _EDGE_GLARE and near + far < _EDGE_LEAST):
-                odd = 1
+                signs = 1
+                if int(light[_LIGHT_STRAY]) > _UNEVEN:
+                    signs = 2
+            if near + far < _LEAST:
+                signs += 1
+                if int(light[_LIGHT_STRAY_HALF]) > _EVEN:
+                    signs = 2
             if near < _LEAST or far < _LEAST:
                 if depth + depth - half < _HALF_LEAST or int(light[_LIGHT_STRAY]) > _STRAY_MOST:
-                    odd = 1
-            if odd:
+                    signs = 2
+            if signs > 1:
                 doubt = 1
             else:
                 rules[rule] = depth - one_least + _BIAS
                 rules[rule + 1] = _ONE_DOUBT
         elif depth > own_zero_most or glare > _GLARE_MOST or bump > _BUMP_MOST:
             doubt = 1
-        elif bright > _HIGH and bright - int(light[_LIGHT_THIRD]) > _SPOT_MOST:
+        elif bright > _SPOT_BRIGHT and bright - int(light[_LIGHT_THIRD]) > _SPOT_MOST:
             doubt = 1
-        elif depth < 0 - lighter or int(code[slot + _POSITION_ROUGH]) > rough_most:
+        elif half > half_faded or int(code[slot + _POSITION_ROUGH]) > _ROUGHEST:
             doubt = 1
-        elif half > half_faded or (depth * 2 > _FADED_LEAST and depth * 2 > faded - glare):
+        elif (
+            depth * 2 > _FADED_LEAST
+            and depth * 2 > faded - glare
+            and (bright > _HIGH or int(light[_LIGHT_STRAY]) > _CALM)
+        ):
             doubt = 1
         else:
+            # of what need not mean anything, two signs do
+            signs = 0
+            if bump > _BUMP_LESS:
+                signs = 1
+                if glare > _BUMP_GLARE:
+                    signs = 2
             # a line may be hidden by glare, shadow or dirt when the inner ring beside it is, too
             weak = _WEAK_Q8
             if bright >= _CLIPPED or (bright > _HIGH and glare > _BRIGHT and depth > _BRIGHT_DEPTH):
                 weak = _PALE_Q8
+            if int(code[slot + _POSITION_ROUGH]) > rough_most:
+                signs += 1
+                weak = _DIM_Q8
+                if depth > 0:
+                    signs = 2
             weak = (int(fit[_FIT_AREA]) * weak) >> 8
             hidden = 0
             sector = (((angle - bit * 16384) >> 12) & 15) + 15
             last = sector + 2
             while sector <= last:
                 if int(inner_means[16 + (sector & 15)]) <= weak:
-                    hidden = 1
+                    hidden += 1
                 sector += 1
             if hidden:
+                signs += 1
+                if hidden > 2 or bright > _HIGH or depth > _HIDDEN_DEPTH:
+                    signs = 2
+                if int(light[_LIGHT_STRAY]) > _UNEVEN:
+                    signs = 2
+            if signs > 1:
                 doubt = 1
             else:
                 distance = own_zero_most - depth

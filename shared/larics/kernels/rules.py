@@ -41,7 +41,7 @@ _WEAKER_TENTHS = const(6)  # of the stronger ring's area, that of the weaker one
 _WEAKER_DOUBT_TENTHS = const(3)
 _DEVIATION_MOST = const(320)  # of both rings together, 1/1024 px, and 1/32 of the radius's 1/256 px
 # orientation line
-_SECOND_MOST = const(250)  # the second darkest direction, 256 = as dark
+_SECOND_MOST = const(250)  # another direction that may be a line, 256 = as dark
 _SECOND_DOUBT = const(150)
 _LINE_LEAST = const(96)  # areas: 256 = as the rings'
 _LINE_LEAST_DOUBT = const(110)
@@ -145,8 +145,8 @@ def rings_rules(
 def line_rules(rules: ptr32, line: ptr32, second: int, radius: int, end: int) -> int:
     """Writes the seven rules on the orientation line; returns their number.
 
-    line: CROSSING; second: depth of the second darkest direction, 256 = as deep; radius: 1/256 px; end:
-    `line_end`."""
+    line: CROSSING; second: area of another direction that may be a line, 256 = as the line's; radius:
+    1/256 px; end: `line_end`."""
     rules[0] = _SECOND_MOST - second + _BIAS
     rules[1] = _SECOND_DOUBT
     rules[2] = int(line[_CROSSING_AREA]) - _LINE_LEAST + _BIAS
