@@ -164,14 +164,14 @@ def test_limits_of_a_bit():
         (3072, 256, -61, doubt, -1, None),
         (3072, 320, -75, verdicts.ACCEPTED, 5, None),
         (3072, 320, -76, doubt, -1, None),
-        (3072, 256, 150, verdicts.ACCEPTED, 7, 0),
-        (3072, 256, 190, verdicts.ACCEPTED, 7, 127),
-        (3072, 256, 149, doubt, -1, None),
+        (3072, 256, 160, verdicts.ACCEPTED, 7, 0),
+        (3072, 256, 200, verdicts.ACCEPTED, 7, 127),
+        (3072, 256, 159, doubt, -1, None),
         (3072, 256, 420, verdicts.ACCEPTED, 7, 0),
         (3072, 256, 370, verdicts.ACCEPTED, 7, 127),
         (3072, 256, 421, doubt, -1, None),
-        (3072, 320, 180, verdicts.ACCEPTED, 7, None),  # 9/16 of the line
-        (3072, 320, 179, doubt, -1, None),
+        (3072, 320, 200, verdicts.ACCEPTED, 7, None),  # 10/16 of the line
+        (3072, 320, 199, doubt, -1, None),
         (3072, 320, 106, verdicts.ACCEPTED, 5, None),  # 85 in units of the line
         (3072, 320, 107, doubt, -1, None),
         (3072, 320, 525, verdicts.ACCEPTED, 7, 0),

@@ -505,7 +505,7 @@ def test_glare_takes_the_belief_from_an_empty_bit():
 
 def test_an_empty_bit_on_clipped_white_needs_a_strong_ring_and_is_never_sure():
     lines = Lines(5)
-    for grey, area, margin in ((1035, 258, 255), (1036, 602, 91), (1036, 601, None)):
+    for grey, area, margin in ((1035, 258, 255), (1036, 626, 91), (1036, 625, None)):
         lines.light(grey)
         rings = Rings()
         rings.inner_means[16 + 8] = area
@@ -514,11 +514,11 @@ def test_an_empty_bit_on_clipped_white_needs_a_strong_ring_and_is_never_sure():
         assert margin is None or found[2] == margin
     # likewise where it is bright, brighter than the mean and not quite empty
     for grey, brighter, depth, area, expected in (
-        (880, 30, 6, 601, verdicts.ID_UNCERTAIN),
-        (880, 30, 6, 602, verdicts.ACCEPTED),
-        (880, 30, 5, 601, verdicts.ACCEPTED),
-        (880, 28, 6, 601, verdicts.ACCEPTED),  # 25 above the mean of all
-        (870, 30, 6, 601, verdicts.ACCEPTED),
+        (880, 30, 6, 625, verdicts.ID_UNCERTAIN),
+        (880, 30, 6, 626, verdicts.ACCEPTED),
+        (880, 30, 5, 625, verdicts.ACCEPTED),
+        (880, 28, 6, 625, verdicts.ACCEPTED),  # 25 above the mean of all
+        (870, 30, 6, 625, verdicts.ACCEPTED),
     ):
         lines = Lines(5)
         lines.light(grey)

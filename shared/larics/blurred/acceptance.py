@@ -30,8 +30,7 @@ _EMPTY_MOST = const(90)
 _EMPTY_LEAST = const(-135)
 _ZERO_MOST = const(85)
 _ZERO_LEAST = const(-60)  # lighter than this, less the noise: something white lies on the plate
-_ONE_LEAST = const(150)
-_ONE_SHARE = const(9)  # 16ths of the orientation line: half as deep is dirt or blur beside a line
+_ONE_SHARE = const(10)  # 16ths of the orientation line: less is dirt, or blur beside a line
 _ONE_MOST = const(420)
 _RESIDUAL_MOST = const(190)  # beside a bit, 1024 = as deep as the rings, and so much more for the noise:
 _OF_NOISE = const(2)
@@ -101,7 +100,7 @@ class Acceptance:
         unit = max(256, lines.depth)
         if not self._guards(lines, unit, small):
             return verdicts.NOT_EMPTY
-        one_least = _ONE_LEAST_SMALL if small else max(_ONE_LEAST, unit * _ONE_SHARE >> 4)
+        one_least = _ONE_LEAST_SMALL if small else unit * _ONE_SHARE >> 4
         return self._code(lines, unit, one_least, cells)
 
     def too_uneven(self, lines):
