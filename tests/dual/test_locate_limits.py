@@ -13,7 +13,19 @@ from larics.locate.noise import Residuals
 from larics.locate.route import MISSED, SAME, Route
 from larics.locate.uncertainty import Systematic
 from larics.marker.detection import NO_SIGMA
-from larics.wire.messages import CARRIED, COASTING, FAULT_ROUTE, LOST, MOTION_NONE, TRACKING
+from larics.wire.messages import (
+    CARRIED,
+    COASTING,
+    DIRECTION_NONE,
+    FAULT_MARKER_HEIGHT,
+    FAULT_MARKER_PLACE,
+    FAULT_MARKER_UNKNOWN,
+    FAULT_ROUTE,
+    LOST,
+    MOTION_NONE,
+    ROUTE_NONE,
+    TRACKING,
+)
 
 ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000))
 FRAME_US = 20000
@@ -86,6 +98,88 @@ def test_the_gate_of_the_pose():
                 assert is_near(x=sign * (place_mm10 + distance), **settings) == expected, settings
                 assert is_near(y=sign * (place_mm10 + distance), **settings) == expected, settings
                 assert is_near(heading=sign * (turn_cdeg + distance), **settings) == expected, settings
+
+
+def test_the_speed_that_is_possible_tells_less_after_a_second():
+    for time_h, place_mm10 in ((10000, 500 + 25000 + 20000), (20000, 500 + 100000 + 20000)):
+        gate = Gate()
+        gate.open_for_time(0, 0, time_h, 2000)
+        assert abs(gate.place_mm10 - place_mm10) <= 2, time_h
+
+
+def at_place(*x_mm10):
+    """A frame of markers 3 and 4 of ROWS, as seen by a vehicle at these places."""
+    out = [measured(3, -x_mm10[0])]
+    if len(x_mm10) > 1:
+        out.append(measured(4, 40000 - x_mm10[1], 0, 9000))
+    return out
+
+
+def lost_at(*frames):
+    """Matching without prediction, and how many markers were used, of (time_us, measurements)."""
+    found = Matching(MarkerMap(ROWS), 2000, 20)
+    used = []
+    for time_us, markers in frames:
+        found.begin(time_us, 1000000)
+        used.append(found.relocate(markers, len(markers), time_us, True))
+    return found, used
+
+
+def test_what_agrees_on_a_new_place():
+    here = at_place(0)
+    for frames, expected in (
+        ([(0, here), (1000000, here)], [0, 1]),
+        ([(0, here), (1000001, here)], [0, 0]),  # forgotten
+        ([(0, here), (900000, []), (1000001, here)], [0, 0, 0]),  # nothing seen reminds of nothing
+        ([(0, here), (100000, at_place(600))], [0, 1]),  # it may have moved meanwhile,
+        ([(0, here), (100000, at_place(6000))], [0, 0]),  # but not like this
+        ([(0, at_place(0, 500))], [2]),  # two markers agree
+        ([(0, at_place(0, 501))], [0]),
+        ([(0, here), (100000, at_place(600, 1101))], [0, 1]),  # in a frame nothing moves
+    ):
+        found, used = lost_at(*frames)
+        assert used == expected, (frames[-1][0], used)
+    assert not lost_at((0, here))[0].has_before and lost_at((0, here), (20000, here))[0].has_before
+    found, _ = lost_at((0, here))
+    found.forget()
+    assert found.relocate(here, 1, 20000, True) == 0 and not found.has_before
+
+
+def test_a_marker_is_refused_once_and_for_one_reason():
+    found = Matching(MarkerMap(ROWS), 2000, 20)
+    unknown, low, far = measured(99, 0), measured(4, 0), measured(3, 9000)
+    low.ring_height_mm10 = 40000
+    gate = Gate()
+    gate.open_for_time(0, 0, 0, 0)
+    for markers, faults in (
+        ([measured(-1, 0)], 0),  # of which no ID was read
+        ([low], FAULT_MARKER_HEIGHT),
+        ([unknown], FAULT_MARKER_UNKNOWN),
+        ([unknown, low, far], FAULT_MARKER_PLACE),
+    ):
+        found.begin(0, 1000000)
+        assert found.match(markers, len(markers), (0, 0, 0), gate) == 0
+        assert found.relocate(markers, len(markers), 0, False) == 0  # says nothing once more
+        assert found.fault == faults and found._refusals == (len(markers) if faults else 0)
+        assert all([found.refused(one.marker_id) == bool(faults) for one in markers])
+    for marker_id in range(100, 130):  # more than a frame can have
+        found._refuse(FAULT_MARKER_UNKNOWN, marker_id)
+
+
+def test_the_route_does_not_make_a_marker_usable():
+    found = Matching(MarkerMap(ROWS), 2000, 20)
+    found.hint = 0
+    marker = measured(3, 0)
+    marker.ring_height_mm10 = 40000
+    assert found.relocate([marker, marker], 2, 0, True) == 0 and not found._agreed
+
+
+def test_one_of_the_places_of_an_id_may_be_possible():
+    found = Matching(MarkerMap(((3, 0, 0, 0), (3, 4000, 0, 0))), 2000, 20)
+    gate = Gate()
+    gate.open_for_time(5000, 0, 0, 0)
+    assert found.match([measured(3, -4000)], 1, (0, 0, 0), gate) == 0
+    assert found._doubtful and not found.fault
 
 
 def test_a_far_place_is_believed_with_a_second_frame():
@@ -191,6 +285,49 @@ def test_a_marker_is_passed_after_two_frames_at_its_place_without_it():
         navigator._follow([], 0)
         told.append((navigator.event, navigator.fault))
     assert told[:3] == [(SAME, 0)] * 3 and told[3] == (MISSED, FAULT_ROUTE), told
+
+
+def test_a_passed_marker_hides_no_other_fault():
+    navigator = carried_to(40000, 0)
+    navigator.fault = FAULT_MARKER_PLACE
+    for _ in range(2):
+        navigator._follow([], 0)
+    assert (navigator.event, navigator.fault) == (MISSED, FAULT_MARKER_PLACE)
+    ended = Navigator(ROWS, (4, 3), start=1)
+    ended.route.see(3)
+    ended.pose.state, ended.pose.x_mm10 = CARRIED, 40000
+    assert not ended._is_at_next()  # where a route ends, nothing is missed
+
+
+def test_what_a_lost_vehicle_forgets_of_its_route():
+    for ids in ((3, 4), ()):  # with a route, and without one
+        navigator, forgotten = Navigator(ROWS, ids), []
+        if ids:
+            navigator.route.lose_sight = lambda forgotten=forgotten: forgotten.append(1)
+        for k in range(5):
+            navigator.update([measured(3, 0)], 1, k * FRAME_US)
+        known = navigator.next_cdeg
+        assert (known != DIRECTION_NONE) == bool(ids)
+        for passed_us, state, times in ((1000001, COASTING, 0), (9000000, LOST, 1), (9000001, LOST, 1)):
+            assert navigator.pass_time(4 * FRAME_US + passed_us) == state
+            assert len(forgotten) == (times if ids else 0), (ids, passed_us)
+            assert navigator.next_cdeg == (DIRECTION_NONE if times else known)
+    navigator, forgotten = Navigator(ROWS, (3, 4)), []
+    navigator.route.lose_sight = lambda: forgotten.append(1)
+    assert navigator.pose.state == LOST
+    navigator._follow([measured(-1, 0)], 1)  # something is seen
+    assert not forgotten
+    navigator._follow([], 0)
+    assert forgotten
+
+
+def test_what_is_not_known_of_map_and_route():
+    navigator = Navigator(((3, 0, 0, 0, 150, 2500), (4, 4000, 0, 0, 200, 3000)), (3, 4))
+    navigator.update([], 0, 0)
+    assert navigator.route_position == ROUTE_NONE
+    assert navigator.outer_mm10(4) != navigator.outer_mm10(9) == 1500 and navigator.z_mm10(
+        9
+    ) == 0 < navigator.z_mm10(4)
 
 
 def test_residuals_are_averaged_over_sixteen_frames():
