@@ -17,6 +17,11 @@ import struct
 
 from cameras import CameraError
 
+try:
+    from time import ticks_ms
+except ImportError:
+    from pc.host_clock import ticks_ms
+
 HEADER = "<4sHHII"
 CONTROLS = "<II"
 MAGIC = b"LPF1"
@@ -28,10 +33,12 @@ _RECEIVED_MOST = 1024  # what the receive buffer of a board holds
 
 class FrameClock:
     """The ticks_* functions of time, standing where the stream is: where bytes of the line arrive, or at the
-    newest frame's time plus `latency_us`, which stands for what capture and detection take on the board."""
+    newest frame's time plus `latency_us`, which stands for what capture and detection take on the board.
+    After the end of the stream time passes as on the computer."""
 
     def __init__(self, latency_us):
         self._latency_us = latency_us
+        self._ended_ms = None
         self._now_us = 0
         self._now_ms = 0
         self._rest_us = 0
@@ -47,11 +54,18 @@ class FrameClock:
         self._now_ms = (self._now_ms + elapsed // 1000) & (_PERIOD - 1)
         self._rest_us = elapsed % 1000
 
+    def end(self):
+        """No frame comes any more: whoever waits for the line waits no longer than it may."""
+        self._ended_ms = ticks_ms()
+
+    def _passed_ms(self):
+        return 0 if self._ended_ms is None else (ticks_ms() - self._ended_ms) & (_PERIOD - 1)
+
     def ticks_us(self):
-        return self._now_us
+        return (self._now_us + 1000 * self._passed_ms()) & (_PERIOD - 1)
 
     def ticks_ms(self):
-        return self._now_ms
+        return (self._now_ms + self._passed_ms()) & (_PERIOD - 1)
 
     def ticks_add(self, ticks, delta):
         return (ticks + delta) & (_PERIOD - 1)
@@ -166,8 +180,7 @@ class Pipe:
             if self._controls:
                 self._controls.write(struct.pack(CONTROLS, self._exposure_us, self._gain_cdb))
             if not self._read_header():
-                self.ended = True
-                return False
+                return self._end()
         self._pending = True
         if self._serve(self._next[4]):
             return False
@@ -175,8 +188,7 @@ class Pipe:
         if (self._next[1], self._next[2]) != (self.width, self.height):
             raise CameraError("a frame of %dx%d, not as the first" % (self._next[1], self._next[2]))
         if not self._fill(self._pixels):
-            self.ended = True
-            return False
+            return self._end()
         self.frame = self._pixels
         self.skipped += max(0, self._next[3] - self.frame_number - 1)
         self.frame_number = self._next[3]
@@ -185,6 +197,11 @@ class Pipe:
         while self._arriving:  # nobody read the line meanwhile
             self._bring()
         return True
+
+    def _end(self):
+        self.ended = True
+        self.clock.end()
+        return False
 
     def exposure(self, us=None):
         if us is not None:
@@ -197,4 +214,4 @@ class Pipe:
         return self._gain_cdb
 
     def stop(self):
-        self.ended = True
+        self._end()

@@ -52,6 +52,20 @@ def test_frames_come_in_order_with_their_times():
     assert camera.ended and not camera.grab()
 
 
+def test_time_goes_on_when_the_stream_has_ended():
+    write((8, 4, 0, 5000))
+    camera = Pipe(PATH, latency_us=2000)
+    camera.start()
+    assert camera.grab() and camera.clock.ticks_ms() == 7
+    assert not camera.grab()
+    passed_ms = 0
+    for _ in range(10000000):  # whoever waits for a line that nobody reads waits no longer than it may
+        passed_ms = camera.clock.ticks_diff(camera.clock.ticks_ms(), 7)
+        if passed_ms > 2:
+            break
+    assert 2 < passed_ms < 60000 and camera.clock.ticks_us() >= 7000 + 2000
+
+
 def read(line):
     buffer = bytearray(8)
     found = b""
