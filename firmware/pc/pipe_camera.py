@@ -194,6 +194,7 @@ class Pipe:
         self.frame_number = self._next[3]
         self.capture_us = self._next[4]
         self.clock.frame_at(self.capture_us)
+        self._begun = True
         while self._arriving:  # nobody read the line meanwhile
             self._bring()
         return True

@@ -107,6 +107,15 @@ def test_what_the_vehicle_sends_arrives_in_its_time():
     assert line.write(b"12345", 1, 3) == 3 and uart.data == b"234"
 
 
+def test_the_first_bytes_of_the_line_turn_no_time_back():
+    write((8, 4, 0, 5000), (7400, b"one"), (8, 4, 1, 25000))
+    line = Line(Written())
+    camera = Pipe(PATH, 2000, line)
+    camera.start()
+    seen = [(camera.grab(), camera.clock.ticks_us(), camera.clock.ticks_ms(), read(line)) for _ in range(3)]
+    assert seen == [(True, 7000, 7, b""), (False, 7400, 7, b"one"), (True, 27000, 27, b"")], seen
+
+
 def test_the_receive_buffer_is_as_large_as_a_boards():
     line = Line(Written())
     line.bring(bytes(1000))
