@@ -1,7 +1,7 @@
 """A changed setting makes anew what its field declares and leaves the rest as it was: over all fields."""
 
 from app import App
-from larics.device.factory import make_detector, make_locator, make_navigator
+from larics.device.factory import make_detector, make_locator, make_navigator, make_rolling
 from larics.settings import FIELDS, Settings, field
 from larics.settings.fields import DETECTOR, EXPOSURE, LOCATOR, NAVIGATOR, OUTPUT, RESTART
 from pc.pipe_camera import FrameClock
@@ -129,7 +129,7 @@ def test_fields_declare_what_the_parts_read():
 
     for bit, make in (
         (DETECTOR, lambda settings: make_detector(settings, (160, 120))),
-        (LOCATOR, lambda settings: make_locator(settings, (160, 120))),
+        (LOCATOR, lambda settings: (make_locator(settings, (160, 120)), make_rolling(settings))),
         (NAVIGATOR, make_navigator),
         (EXPOSURE, lambda settings: Exposure(Camera(), settings)),
     ):

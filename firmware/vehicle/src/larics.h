@@ -199,6 +199,7 @@ extern "C" {
 #define LARICS_KEY_ODOMETRY_NOISE_MM2_KM 86
 #define LARICS_KEY_ODOMETRY_SPEED_NOISE_US 87
 #define LARICS_KEY_ODOMETRY_TRACK_MM 88
+#define LARICS_KEY_ROW_NS 89
 
 /* who is speaking: at start and as answer to GET_INFO */
 typedef struct {

@@ -269,6 +269,7 @@ def camera_settings(
         "camera_x_mm10": round((camera.offset_x_mm + off) * 10),
         "camera_y_mm10": round(camera.offset_y_mm * 10),
         "ceiling_mm10": round(CEILING_MM * 10),
+        "row_ns": round(camera.row_us * 1000),
         **(_WRONG_BY if condition.miscalibrated else {}),
         "radius_min_px": int(radius_px * 0.85),
         "radius_max_px": math.ceil(radius_px * 1.15),

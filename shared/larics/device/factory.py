@@ -56,6 +56,15 @@ def make_locator(settings, size=None):
     return calibrated_camera(width, height, {name: getattr(settings, name) for name in CAMERA_SETTINGS})
 
 
+def make_rolling(settings):
+    """What undoes a rolling shutter; None where there is none, or not known, or no calibration."""
+    if not settings.row_ns or not settings.focal_q8:
+        return None
+    from larics.locate.rolling import RollingShutter
+
+    return RollingShutter(settings.row_ns, settings.focal_q8, settings.mount_cdeg, settings.camera_z_mm10)
+
+
 def make_navigator(settings):
     """Pose in the map and on the route of the settings; None without a map or a calibration.
     ValueError for an impossible map or route."""

@@ -9,7 +9,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.device.factory import make_detector, make_locator, make_navigator
+from larics.device.factory import make_detector, make_locator, make_navigator, make_rolling
 from larics.device.measurements import Measuring
 from larics.device.tracking import Sighting
 from larics.settings.fields import DETECTOR, LOCATOR, NAVIGATOR
@@ -36,6 +36,7 @@ class Sensor:
         self.size = size
         self.detector = self.locator = self.navigator = None
         self.calibrated = False
+        self._rolling = None
         self.found = ()
         self._measuring = Measuring()
         self.measurements = self._measuring.measurements
@@ -52,6 +53,7 @@ class Sensor:
         if parts & LOCATOR:
             self.locator = make_locator(settings, self.size)
             self.calibrated = settings.focal_q8 > 0
+            self._rolling = make_rolling(settings)
         if parts & NAVIGATOR:
             self.navigator = make_navigator(settings)
 
@@ -77,10 +79,13 @@ class Sensor:
         return self._measuring.locate(found, self.settings, self.locator, self.navigator)
 
     def follow(self, count, capture_us, now_ms, odometry=None):
-        """Takes the first `count` measurements of a processed frame for pose, route and state.
+        """Takes the first `count` measurements of a processed frame for pose, route and state; with odometry
+        puts right what a rolling shutter made of them.
 
         capture_us, now_ms: of any clocks modulo 2**30; odometry: as for Localizer.update. Returns the
         fault of the navigator, 0 for none."""
+        if self._rolling is not None:
+            self._rolling.follow(self.measurements, count, capture_us, odometry)
         self._sighting.update(self.measurements, count, now_ms)
         if self.navigator is None:
             return 0

@@ -48,6 +48,7 @@ class Measurement:
     ring_height_mm10             the same from the size of the outer ring alone, 0 when out of range
     heading_cdeg                 direction of the orientation line, counterclockwise from forward, 0..35999
     radius_q8, margin, flags, sigma_q12, sigma_mdeg   as in the detection
+    row_q8                       of its centre, below the middle of the frame, 1/256 px
     sigma_mm10                   standard deviation of the vehicle's place by this marker alone, along x and
                                  along y, at least 1; NO_SIGMA when the detection's is not known
     """
@@ -60,6 +61,7 @@ class Measurement:
         "ring_height_mm10",
         "heading_cdeg",
         "radius_q8",
+        "row_q8",
         "margin",
         "flags",
         "sigma_q12",
@@ -70,7 +72,7 @@ class Measurement:
     def __init__(self):
         self.marker_id = -1
         self.offset_x_mm10 = self.offset_y_mm10 = self.height_mm10 = self.ring_height_mm10 = 0
-        self.heading_cdeg = self.radius_q8 = self.margin = self.flags = 0
+        self.heading_cdeg = self.radius_q8 = self.row_q8 = self.margin = self.flags = 0
         self.sigma_q12 = self.sigma_mdeg = self.sigma_mm10 = NO_SIGMA
 
 
@@ -261,6 +263,7 @@ class Camera:
 
         out.marker_id = self.read_id(detection.marker_id)
         out.radius_q8 = detection.radius_q8
+        out.row_q8 = detection.y_q8 - (self.height - 1) * 128
         out.margin = detection.margin
         out.flags = detection.flags
         out.sigma_q12 = detection.sigma_q12

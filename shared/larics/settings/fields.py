@@ -268,5 +268,7 @@ FIELDS = (
     Field(87, "odometry_speed_noise_us", NAVIGATOR, "int", 240, 0, 10000, "us",
           "the same times the speed: what encoders do not see"),
     Field(88, "odometry_track_mm", NAVIGATOR, "int", 300, 20, 5000, "mm", "between the wheels"),
+    Field(89, "row_ns", LOCATOR, "int", 0, -200000, 200000, "ns",
+          "rolling shutter: from a row to the one below; 0: none, or not known"),
 )
 # fmt: on
