@@ -85,6 +85,7 @@ def test_the_gate_of_the_pose():
         ({"sigma": (20, 30)}, 500 + 120, 500 + 180),  # six sigma,
         ({"sigma": (5000, 5000)}, 500 + 6000, 500 + 3000),  # of a bounded one
         ({"sigma": (5000, 5000), "sure": True}, 3000, 3000),
+        ({"sure": True}, 500, 500),
         ({"told": (20, 300)}, 500 + 120, 500 + 180),  # and six of the measurement's
         ({"told": (5000, 50000)}, 500 + 6000, 500 + 3000),
         ({"way": 0}, 150, 200),
@@ -162,7 +163,11 @@ def test_a_marker_is_refused_once_and_for_one_reason():
         assert found.relocate(markers, len(markers), 0, False) == 0  # says nothing once more
         assert found.fault == faults and found._refusals == (len(markers) if faults else 0)
         assert all([found.refused(one.marker_id) == bool(faults) for one in markers])
-    for marker_id in range(100, 130):  # more than a frame can have
+    found.begin(0, 1000000)
+    for marker_id, count in ((100, 1), (100, 1), (101, 2)):
+        found._refuse(FAULT_MARKER_UNKNOWN, marker_id)
+        assert found._refusals == count
+    for marker_id in range(102, 130):  # more than a frame can have
         found._refuse(FAULT_MARKER_UNKNOWN, marker_id)
 
 
@@ -172,6 +177,22 @@ def test_the_route_does_not_make_a_marker_usable():
     marker = measured(3, 0)
     marker.ring_height_mm10 = 40000
     assert found.relocate([marker, marker], 2, 0, True) == 0 and not found._agreed
+
+
+def test_which_of_the_places_of_an_id_is_meant():
+    twice = MarkerMap(((4, 8000, 0, 0), (3, 0, 0, 0), (3, 4000, 0, 0)))
+    beside = measured(4, 40000)
+    for hint, markers, expected in (
+        (-1, [measured(3, 0)], None),  # either
+        (1, [measured(3, 0)], 0),  # the route tells
+        (0, [measured(3, 0)], None),  # of another marker
+        (-1, [beside, measured(3, 0)], 40000),  # the marker beside it tells
+    ):
+        found = Matching(twice, 2000, 20)
+        found.hint = hint
+        found.relocate(markers, len(markers), 0, True)
+        assert found._agreed == (0 if expected is None else len(markers)), hint
+        assert expected is None or found._there[0] == expected
 
 
 def test_one_of_the_places_of_an_id_may_be_possible():
