@@ -2,8 +2,9 @@
 
     python tools/ram.py
 
-Needs no board: bytes of .mpy, of which a board holds about as much in memory when it reads them from its
-flash, and the detector's buffers at 320x240 with the usual settings.
+Needs no board: bytes of .mpy of the usual and the small-heap build, of which a board holds about as much in
+memory when it reads them from its flash, and the detector's buffers at 320x240 with the usual settings.
+Without a C compiler for the board the small-heap build is not looked at.
 """
 
 import pathlib
@@ -14,7 +15,8 @@ sys.path[:0] = [str(ROOT / "shared"), str(ROOT / "host")]
 
 from larics.detect.detector import Detector  # noqa: E402
 from larics.settings import Settings  # noqa: E402
-from larics_host.flash import build  # noqa: E402
+from larics_host.flash import machine_code, small_heap  # noqa: E402
+from larics_host.flash.build import compile_program  # noqa: E402
 
 MARCH = "armv7emsp"
 # loaded with the usual settings: not what other settings, cameras or commands ask for
@@ -27,14 +29,22 @@ NOT_LOADED = (
     "larics/wire/nmea",
 )  # fmt: skip
 CODE_MOST = 209000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
+SMALL_MOST = 130000  # of the small-heap build
 BUFFERS_MOST = 97000
 
 
 def code():
-    """[(module, bytes of .mpy, whether the usual settings load it)], largest first."""
-    found = [(name, len(data)) for name, data in build.compile_program(ROOT, MARCH)]
+    """[(module, bytes of .mpy, those of the small-heap build or None, whether the usual settings load it)],
+    largest first."""
+    small = {}
+    try:
+        machine_code.compiler(MARCH)
+        small = {name: len(data) for name, data in small_heap.compile_small(ROOT, MARCH, False).files}
+    except machine_code.NoCompiler as error:
+        print("no small-heap build: %s" % error)
+    found = [(name, len(data), small.get(name)) for name, data in compile_program(ROOT, MARCH)]
     found.sort(key=lambda row: -row[1])
-    return [(name, size, not name.startswith(NOT_LOADED)) for name, size in found]
+    return [(*row, not row[0].startswith(NOT_LOADED)) for row in found]
 
 
 def buffers():
@@ -55,15 +65,18 @@ def buffers():
 
 def main():
     rows = code()
-    loaded = sum(size for _, size, is_loaded in rows if is_loaded)
-    for name, size, is_loaded in rows:
-        print("%8d  %s%s" % (size, name, "" if is_loaded else "  (when needed)"))
-    print("%8d  loaded with the usual settings, at most %d" % (loaded, CODE_MOST))
+    loaded = sum(row[1] for row in rows if row[3])
+    smaller = sum(row[2] or 0 for row in rows if row[3])
+    print("   usual   small")
+    for name, size, small, is_loaded in rows:
+        print("%8d%8s  %s%s" % (size, small or "", name, "" if is_loaded else "  (when needed)"))
+    limits = "loaded with the usual settings, at most %d and %d" % (CODE_MOST, SMALL_MOST)
+    print("%8d%8d  %s" % (loaded, smaller, limits))
     parts, total = buffers()
     for name, size in parts:
         print("%8d  %s" % (size, name))
     print("%8d  buffers, at most %d" % (total, BUFFERS_MOST))
-    return int(loaded > CODE_MOST or total > BUFFERS_MOST)
+    return int(loaded > CODE_MOST or smaller > SMALL_MOST or total > BUFFERS_MOST)
 
 
 if __name__ == "__main__":

@@ -40,6 +40,7 @@ COMMANDS = (
     "fleet",
     "simulate",
     "flash",
+    "traceback",
 )
 
 EXIT_BAD_INPUT = 2

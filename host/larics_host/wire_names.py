@@ -154,7 +154,7 @@ ENUMS = (
             (
                 "FAULT_MEMORY",
                 m.FAULT_MEMORY,
-                "memory ran out; while it lasts: second opinion or detector off",
+                "memory ran out; while it lasts: no second opinion, rings from 15 or 22 px, or no detector",
             ),
             (
                 "FAULT_SAVE_INTERRUPTED",

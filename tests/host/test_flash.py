@@ -60,12 +60,12 @@ def is_third():
 class Board:
     """A stand-in board at the end of a cable; `port` is its device, `image` its flash."""
 
-    def __init__(self, cable, image, identity=RT1062):
+    def __init__(self, cable, image, identity=RT1062, options=()):
         self.port = cable.device_b
         self.image = image
         command = [sys.executable, str(ROOT / "tests/host/board_console.py"), cable.device_a, str(image)]
         self._console = subprocess.Popen(
-            [*command, identity, *unix_port()],
+            [*command, identity, *unix_port(), *options],
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -141,6 +141,29 @@ def tree(board):
             "   yield q, os.stat(q)[6]\n"
         )
         return session.evaluate("dict(_all('/flash'))")
+
+
+def test_a_small_heap_gets_the_small_build(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    program = tiny_program(tmp_path, "small")
+    with PtyPair() as cable:
+        made = Board(cable, tmp_path / "flash.img", options=("-X", "heapsize=400k"))
+        try:
+            made.power_on()
+            assert flash(made, program, monkeypatch) == 0
+            said = capsys.readouterr().out
+            assert "KB: compiling the small-heap build" in said
+            (names,) = (tmp_path / "larics" / "programs").iterdir()
+            assert "names for larics traceback: %s\n" % names in said
+            assert flash(made, program, monkeypatch, "--small-heap", "no", "--dry-run") == 0
+            assert "small-heap" not in capsys.readouterr().out
+            broken = tiny_program(
+                tmp_path, "broken", "import larics\n\nclass Wheel:\n    pass\n\n\nWheel().turn()\n"
+            )
+            assert flash(made, broken, monkeypatch) == 2
+            assert "AttributeError: 'Wheel' object has no attribute 'turn'" in capsys.readouterr().err
+        finally:
+            made.close()
 
 
 @pytest.mark.long(50)

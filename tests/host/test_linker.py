@@ -145,11 +145,12 @@ def frames(tmp_path_factory):
     return folder
 
 
-def reported(search, script, frames):
-    """The markers that the program reports of these frames, without their ages."""
+def reported(search, script, frames, heap=None):
+    """The markers that the program reports of these frames, without their ages; heap: for -X heapsize."""
     with PtyPair() as cable:
         source, receiver, markers = SerialSource(cable.device_b), Receiver(), []
-        program = [*unix_port(), script, "--frames", str(frames), "--port", cable.device_a]
+        options = ["-X", "heapsize=" + heap] if heap else []
+        program = [*unix_port(), *options, script, "--frames", str(frames), "--port", cable.device_a]
         process = subprocess.Popen(
             program, cwd=ROOT, env=environment(search), stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )

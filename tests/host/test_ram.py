@@ -16,5 +16,7 @@ def test_what_grows_past_a_limit_is_noticed(monkeypatch):
     assert ram.main() == 1
     monkeypatch.setattr(ram, "BUFFERS_MOST", total)
     assert ram.main() == 0
-    monkeypatch.setattr(ram, "code", lambda: [("start.mpy", ram.CODE_MOST + 1, True)])
+    monkeypatch.setattr(ram, "code", lambda: [("start.mpy", ram.CODE_MOST + 1, None, True)])
+    assert ram.main() == 1
+    monkeypatch.setattr(ram, "code", lambda: [("start.mpy", 1, ram.SMALL_MOST + 1, True)])
     assert ram.main() == 1

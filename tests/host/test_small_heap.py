@@ -1,0 +1,241 @@
+"""The program for boards with little memory: on a real interpreter it does what the usual one does."""
+
+import ast
+import re
+import subprocess
+
+import pytest
+
+from larics_host import cli
+from larics_host.flash import build, machine_code, mpy_file, short_names, small_heap, tracebacks, viper_to_c
+from tests.host.firmware_process import environment
+from tests.host.test_dual import ROOT, unix_port
+from tests.host.test_linker import frames, own_architecture, reported  # noqa: F401  (frames: a fixture)
+
+CALLED = ("replay_main", "pc", "main")  # from outside the program
+HEAP = "480k"  # of the tests' interpreter, whose objects are twice as large as a board's
+
+FAULTY = {
+    "shared/larics/__init__.py": "",
+    "shared/larics/part.py": """
+class Wheel:
+    def __init__(self, radius):
+        self.diameter = 2 * radius
+
+    def turn(self, parts):
+        return self.diameter // parts
+
+
+class Axle(Wheel):
+    def carry(self):
+        return self.turn(0)
+
+
+def missing(axle):
+    return axle.colour
+""",
+    "firmware/start.py": """
+import sys
+
+from larics.part import Axle, missing
+
+
+def main():
+    axle = Axle(3)
+    for call in (axle.carry, lambda: missing(axle)):
+        try:
+            call()
+        except Exception as error:
+            sys.print_exception(error)
+""",
+}
+
+KERNEL = """
+import micropython
+
+
+@micropython.viper
+def divided(out: ptr32, bytes_in: ptr8, words_in: ptr16, a: int, b: int) -> int:
+    i = 0
+    other = out
+    other[0] = a // b
+    other[1] = a % b
+    while i < 3:
+        if i == 1 or (a < 0 and b > 0 and not i):
+            out[2 + i] = int(words_in[i]) << 3
+            i += 1
+            continue
+        out[2 + i] = (int(bytes_in[i]) ^ 0x155) | (a >> 2)
+        i += 1
+    words_in[0] = a
+    return a // b - (1 if a > b else 0 - 1)
+
+
+@micropython.viper
+def nothing(out: ptr32):
+    out[0] = 7
+"""
+CALLS = """
+from array import array
+import larics.kernels.sample as sample
+for a, b in ((7, 2), (-7, 2), (7, -2), (-7, -2), (-6, 3), (0, 5), (-1, 1000), (1 << 29, 3), (-(1 << 29), 7)):
+    out, data, words = array("i", [0] * 8), bytearray((3, 200, 255)), array("H", (1, 65535, 9))
+    print(sample.divided(out, data, words, a, b), list(out), list(words))
+print(sample.nothing(out), out[0])
+"""
+
+
+def put(files, folder):
+    for name, data in files:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data if isinstance(data, bytes) else data.encode())
+
+
+def run(search, code):
+    program = [*unix_port(), "-c", code]
+    result = subprocess.run(program, cwd=ROOT, env=environment(search), capture_output=True, text=True)
+    return result.stdout + result.stderr
+
+
+@pytest.fixture(scope="module")
+def small():
+    """The whole program as for ROMFS, for the tests' interpreter."""
+    return small_heap.compile_small(ROOT, own_architecture(), True, build.PC_ONLY, CALLED)
+
+
+@pytest.fixture(scope="module")
+def usual():
+    return build.compile_program(ROOT, own_architecture(), build.PC_ONLY)
+
+
+@pytest.fixture
+def faulty(tmp_path):
+    root = tmp_path / "faulty"
+    put(FAULTY.items(), root)
+    return root
+
+
+def test_it_does_in_less_memory_what_the_sources_do(small, usual, frames, tmp_path):  # noqa: F811
+    assert small.lacks == ""
+    put(small.files, tmp_path / "small")
+    put(usual, tmp_path / "usual")
+    script = tmp_path / "start_here.py"
+    script.write_text("import sys\nfrom pc import replay_main\nreplay_main.main(sys.argv[1:])\n")
+    expected = reported("shared:firmware:.frozen", "firmware/pc/replay_main.py", frames)
+    assert len({marker["frame"] for marker in expected}) == 2 and any(m["id"] < 5000 for m in expected)
+    assert reported("%s:.frozen" % (tmp_path / "small"), str(script), frames, HEAP) == expected
+    with pytest.raises(AssertionError, match="MemoryError"):
+        reported("%s:.frozen" % (tmp_path / "usual"), str(script), frames, HEAP)
+
+
+def test_what_must_differ_in_a_module_or_a_class_still_does():
+    texts = {build.module_of(name): path.read_text() for path, name in build.program(ROOT)}
+    renamed = short_names.chosen(texts, re.findall(r"\w+", " ".join(texts.values())))
+    assert len(renamed) > 1000 and len(set(renamed.values())) < 90
+    checked = 0
+    for text in texts.values():
+        tree = ast.parse(text)
+        for top in [tree, *[node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]]:
+            own = {node.name for node in top.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+            if isinstance(top, ast.ClassDef):
+                stored = [n for n in ast.walk(top) if isinstance(n, ast.Attribute)]
+                own |= {n.attr for n in stored if isinstance(n.ctx, ast.Store)}
+            after = [renamed.get(name, name) for name in own]
+            assert len(set(after)) == len(own)
+            checked += len(own)
+    assert checked > 1000
+    for name in ("radius_min_px", "threshold", "mem_free", "ticks_us", "main", "exposure", "detect"):
+        assert name not in renamed, "a setting, MicroPython, a camera or a module knows it"
+
+
+def test_a_traceback_is_translated_into_that_of_the_usual_program(faulty, tmp_path):
+    march = own_architecture()
+    made = small_heap.compile_small(faulty, march, True)
+    put(made.files, tmp_path / "small")
+    put(build.compile_program(faulty, march), tmp_path / "usual")
+    code = "import start\nstart.main()"
+    said = run("%s:.frozen" % (tmp_path / "small"), code)
+    usual = run("%s:.frozen" % (tmp_path / "usual"), code)
+    assert "part.py" in usual and "part.py" not in said and "Wheel" not in said
+    expected = usual.replace("in turn", "in Wheel.turn").replace("in carry", "in Axle.carry")
+    assert tracebacks.translate(said, made.names) == expected
+    assert "'Axle' object has no attribute 'colour'" in expected
+
+
+def test_without_lines_it_tells_the_functions(faulty, tmp_path, monkeypatch, capsys):
+    made = small_heap.compile_small(faulty, own_architecture(), False)
+    put(made.files, tmp_path / "small")
+    said = run("%s:.frozen" % (tmp_path / "small"), "import start\nstart.main()")
+    (tmp_path / "said.txt").write_text(said)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    assert cli.main(["traceback", str(tmp_path / "said.txt")]) == 2
+    assert "no small-heap build was made here" in capsys.readouterr().err
+    kept = tracebacks.save("0123", made.names)
+    assert cli.main(["traceback", str(tmp_path / "said.txt")]) == 0
+    told = capsys.readouterr().out
+    assert 'File "larics/part.py", in Axle.carry\n' in told and "in Wheel.turn|missing\n" in told
+    assert cli.main(["traceback", str(tmp_path / "said.txt"), "--names", str(kept)]) == 0
+    assert capsys.readouterr().out == told
+    for names, part in (("{}", "does not hold the names"), ("{", "does not hold the names")):
+        kept.write_text(names)
+        assert cli.main(["traceback", str(tmp_path / "said.txt")]) == 2
+        assert part in capsys.readouterr().err
+    assert cli.main(["traceback", str(tmp_path / "none"), "--names", str(tmp_path / "no")]) == 2
+
+
+def test_machine_code_from_c_counts_as_viper_does(tmp_path):
+    root = tmp_path / "root"
+    put([("shared/larics/kernels/sample.py", KERNEL), ("shared/larics/kernels/__init__.py", "")], root)
+    put([("shared/larics/__init__.py", ""), ("firmware/start.py", "CALLED = 'divided', 'nothing'\n")], root)
+    made = small_heap.compile_small(root, own_architecture(), True)
+    usual = build.compile_program(root, own_architecture())
+    put(made.files, tmp_path / "small")
+    put(usual, tmp_path / "usual")
+    code = "import start\n" + CALLS
+    said = run("%s:.frozen" % (tmp_path / "small"), code)
+    assert said == run("%s:.frozen" % (tmp_path / "usual"), code) and said.endswith("None 7\n")
+    sizes = [
+        len(mpy_file.MpyFile(dict(files)["larics/kernels/sample.mpy"]).code.children[0].data)
+        for files in (made.files, usual)
+    ]
+    assert sizes[0] < sizes[1] // 2
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "a = [1]",
+        "a = b.c",
+        "for i in a:\n        pass",
+        "a = f(b)",
+        "a = 1099511627776",
+        "return p",
+        "a = p",
+        "a = b @ b",
+    ],
+)
+def test_what_is_no_kernel_is_refused(line):
+    text = "@micropython.viper\ndef f(b: int, p: ptr8) -> int:\n    a = 1\n    %s\n    return a\n" % line
+    (function,) = viper_to_c.kernels(text)
+    with pytest.raises(viper_to_c.Untranslatable):
+        viper_to_c.translate(function, 0, 0)
+
+
+def test_a_module_with_other_functions_is_refused():
+    with pytest.raises(viper_to_c.Untranslatable):
+        viper_to_c.kernels("def f():\n    pass\n")
+
+
+def test_without_a_compiler_the_kernels_stay_as_they_are(faulty, monkeypatch):
+    with pytest.raises(machine_code.NoCompiler, match="xtensawin"):
+        machine_code.compiler("xtensawin")
+    monkeypatch.setenv("PATH", "")
+    assert small_heap.compile_small(faulty, "armv7emsp", True).lacks == "arm-none-eabi-gcc is not installed"
+
+
+def test_compiled_files_are_written_as_they_were_read(usual):
+    for name, data in usual:
+        assert mpy_file.MpyFile(data).result() == data, name
+    with pytest.raises(ValueError):
+        mpy_file.MpyFile(data + b"\0")
