@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -110,7 +111,10 @@ def _value(name, text):
         return "" if name == "frame" else None
     if name == "frame":
         return text
-    return int(text) if name in ("time_us", "id") else float(text)
+    value = int(text) if name in ("time_us", "id") else float(text)
+    if not math.isfinite(value):
+        raise ValueError
+    return value
 
 
 def read_truth(path: StrPath) -> list[Truth]:

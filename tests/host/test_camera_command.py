@@ -214,6 +214,8 @@ def test_the_c_library_reads_it(tmp_path):
         (["--source", "http://127.0.0.1:9/"], "cannot be opened"),
         (["--source", "x", "--size", "640"], "--size 640 is no size"),
         (["--source", "x", "--tcp", "70000"], "--tcp 70000 is no port"),
+        (["--source", "x", "--fps", "nan"], "--fps nan"),
+        (["--source", "x", "--baud", "0"], "--baud 0"),
         (["--source", "x", "--set", "nonsense=1"], "nonsense"),
         (["--source", "x", "--port", "/dev/null", "--stdout"], "not allowed with"),
     ],

@@ -80,7 +80,15 @@ def test_bad_input_gets_one_line(frames, tmp_path, options, expected, capsys):
     assert cli.main(["simulate", *options]) == 2
     err = capsys.readouterr().err
     assert err.startswith("larics: ") and expected in err and len(err.splitlines()) == 1
-    assert not (tmp_path / "empty" / "camera").is_symlink()
+    assert not list((tmp_path / "empty").iterdir())
+
+
+def test_the_log_of_a_camera_that_runs_is_kept(frames, tmp_path, capsys):
+    (tmp_path / "camera").touch()
+    (tmp_path / "camera.log").write_text("what it says")
+    assert cli.main(["simulate", "--desk", str(frames), "--link", str(tmp_path / "camera"), "--detach"]) == 2
+    assert "choose another --link" in capsys.readouterr().err
+    assert (tmp_path / "camera.log").read_text() == "what it says"
 
 
 def test_the_tours_recordings_hold_what_their_truth_says(tmp_path, monkeypatch, capsys):

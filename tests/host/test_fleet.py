@@ -198,11 +198,13 @@ def path_lines(path):
 
 def test_lost_messages_and_damage_are_counted(tmp_path, fleet):
     data = (fleet / "logs" / "good" / "0.jsonl").read_bytes().splitlines(keepends=True)
-    damaged = [*data[:100], b"\0" * 50 + b"\n", b'{"message": "MARKER"}\n', *data[107:-1], data[-1][:-30]]
+    odd = [b"\0" * 50 + b"\n", b'{"message": "MARKER"}\n']
+    odd.append(b'{"message": "MARKER", "sequence": 1, "time_s": NaN}\n')
+    damaged = [*data[:100], *odd, *data[107:-1], data[-1][:-30]]
     path = tmp_path / "damaged.jsonl"
     path.write_bytes(b"".join(damaged))
     tally = tallied([str(path)], 3000)["damaged"]
-    assert tally.lost == 7 and tally.damaged == 3
+    assert tally.lost == 7 and tally.damaged == 4
 
 
 def test_what_is_no_line_neither_fills_the_memory_nor_is_read_twice(tmp_path):

@@ -122,7 +122,7 @@ def test_existing_files_are_kept(tmp_path, capsys):
     "arguments, expected",
     [
         (["--port", "/dev/no-such-port"], "no port /dev/no-such-port"),
-        (["--port", "/dev/null"], "cannot open the port /dev/null"),
+        (["--port", "/dev/null"], "/dev/null is no serial port"),
         (["--port", "no-such-camera"], "no port no-such-camera (serial ports here: "),
         (["--port", "/"], "/ is no serial port"),
         (["--input", "/no/such/file"], "cannot read /no/such/file"),

@@ -279,6 +279,8 @@ def test_a_signal_while_data_is_at_hand_loses_none(tmp_path, monkeypatch, capsys
         (["noise.bin", "--rounds", "0"], "noise.bin holds no message, 300 bytes: noise"),
         (["bad.jsonl"], "bad.jsonl line 1 is not from larics log"),
         (["odd.jsonl"], "odd.jsonl message 1 is no message"),
+        (["nan.jsonl"], "nan.jsonl line 1 is not from larics log"),
+        (["far.jsonl"], "far.jsonl line 1 is not from larics log"),
         (["odd.csv"], "odd.csv is not from larics log"),
         (["odd.mcap"], "odd.mcap is not from larics log"),
         (["none.mcap"], "cannot read none.mcap"),
@@ -298,6 +300,9 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     (tmp_path / "odd.csv").write_text("a,b\n1,2\n")
     (tmp_path / "odd.mcap").write_bytes(messages())
     (tmp_path / "odd.jsonl").write_text('{"message": "MARKER", "sequence": 1, "time_s": 0.5}\n')
+    for name, time_s in (("nan", "NaN"), ("far", "1e300")):
+        line = '{"message": "PING", "sequence": 1, "time_s": %s, "token": 1}\n' % time_s
+        (tmp_path / (name + ".jsonl")).write_text(line)
     assert cli.main(["replay", *argv]) == 2
     err = capsys.readouterr().err
     assert err.startswith("larics: ") and part in err and err.count("\n") == 1

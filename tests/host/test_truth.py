@@ -78,8 +78,10 @@ def test_bad_files_are_refused_in_one_line(tmp_path):
     path.write_text(",".join(COLUMNS[1:]) + "\n")
     assert "column frame is missing" in refusal(path)
     write_truth(path, [SOME])
-    path.write_text(path.read_text().replace("100.25000", "ten"))
-    assert "line 2" in refusal(path)
+    whole = path.read_text()
+    for number in ("ten", "nan", "1e999"):
+        path.write_text(whole.replace("100.25000", number))
+        assert "line 2: a cell is not a number" in refusal(path)
     path.write_text(",".join(COLUMNS) + "\nshort,1\n")
     assert read_truth(path)[0].x_px is None  # cells that are absent are empty
     path.write_bytes(b"\xff\xfe\x00")

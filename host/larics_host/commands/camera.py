@@ -80,6 +80,10 @@ def run(args: argparse.Namespace) -> int:
     }  # fmt: skip
     if args.tcp is not None and not 0 <= args.tcp <= 65535:
         raise UserError("--tcp %d is no port: 0 to 65535" % args.tcp)
+    if args.fps is not None and not 0 < args.fps <= 1000:
+        raise UserError("--fps %g: give a number above 0, up to 1000" % args.fps)
+    if args.baud is not None and not args.baud > 0:
+        raise UserError("--baud %d: give a number above 0" % args.baud)
     # the package that is imported here is imported there, too, with the loops that are compiled for it
     paths = root / "firmware", Path(larics.__file__).parents[1]
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(map(str, paths)))

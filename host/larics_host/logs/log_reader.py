@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 
 _PIECE = 65536
+_LONGEST_S = 1e9  # thirty years; no log is longer
+_LONGEST_SLEEP_S = 1e6  # the operating system takes no more than some hundred years
 
 
 class Piece(NamedTuple):
@@ -87,6 +89,13 @@ def _sound(line):
     return line
 
 
+def possible_time(time_s: float) -> float:
+    """A `time_s` as it is; ValueError for one that none can be, NaN among them."""
+    if not abs(time_s) <= _LONGEST_S:
+        raise ValueError("time_s = %g" % time_s)
+    return time_s
+
+
 def read_objects(
     path: StrPath, progress: Callable[[int], object] = files.unwatched
 ) -> Iterator[dict[str, Any]]:
@@ -97,7 +106,7 @@ def read_objects(
             continue
         try:
             record = files.parse_json(_sound(line))
-            _ = record["message"] + "", record["sequence"] + 0, record["time_s"] + 0.0
+            _ = record["message"] + "", record["sequence"] + 0, possible_time(record["time_s"] + 0.0)
         except (ValueError, KeyError, TypeError):
             damage.bad(number, _NONE, _cut(line))
             continue
@@ -185,7 +194,7 @@ def _records_of_csv(path, progress):
             if _cut(line):
                 raise ValueError  # its last number may be
             record = {name: int(row[name]) if row.get(name) else None for name in columns[1:]}
-            record["time_s"] = float(row["time_s"])
+            record["time_s"] = possible_time(float(row["time_s"]))
         except (ValueError, KeyError):
             damage.bad(number, _NONE, _cut(line))
             continue
@@ -271,7 +280,7 @@ def _pieces_of_records(path, records):
     for number, record in enumerate(records, 1):
         try:
             data = wire_bytes(encoder, record["message"], record["sequence"], record)
-            time_s = float(record["time_s"])
+            time_s = possible_time(float(record["time_s"]))
         except (KeyError, ValueError, TypeError) as error:
             damage.bad(number, "is no message: %s" % error)
             continue
@@ -346,8 +355,9 @@ class Pacer:
         else:
             self._recorded_s = piece.time_s
         delay_s = self._origin_s + self._recorded_s / self._speed - time.monotonic()
-        if delay_s > 0:
-            time.sleep(delay_s)
+        while delay_s > 0:
+            time.sleep(min(delay_s, _LONGEST_SLEEP_S))
+            delay_s -= _LONGEST_SLEEP_S
 
 
 class LogSource:
