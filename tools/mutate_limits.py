@@ -98,7 +98,7 @@ TARGETS = {  # module -> tests of tests/dual
     "shared/larics/device/tracking.py": ("test_outbox",),
     "shared/larics/settings/constraints.py": ("test_settings",),
     "shared/larics/detect/tracker.py": ("test_direct_limits",),
-    "shared/larics/detect/confirmation.py": ("test_direct_limits",),
+    "shared/larics/detect/confirmation.py": ("test_search_limits",),
 }
 # changes other than of a constant: (module, text, replacement, tests)
 OTHERS = (

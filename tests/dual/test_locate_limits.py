@@ -3,6 +3,7 @@
 from array import array
 
 from larics.locate.camera_model import Measurement
+from larics.locate.carrier import Fix
 from larics.locate.coasting import Coasting
 from larics.locate.localizer import Localizer
 from larics.locate.marker_map import MarkerMap
@@ -10,12 +11,13 @@ from larics.locate.matching import Gate, Matching
 from larics.locate.motion import Motion, grown
 from larics.locate.navigator import Navigator
 from larics.locate.noise import Residuals
-from larics.locate.route import MISSED, SAME, Route
-from larics.locate.uncertainty import Systematic
+from larics.locate.route import MISSED, SAME, Route, resolve_entries
+from larics.locate.uncertainty import OdometryNoise, Systematic
 from larics.marker.detection import NO_SIGMA
 from larics.wire.messages import (
     CARRIED,
     COASTING,
+    COUNT_MAX,
     DIRECTION_NONE,
     FAULT_MARKER_HEIGHT,
     FAULT_MARKER_PLACE,
@@ -25,6 +27,7 @@ from larics.wire.messages import (
     MOTION_NONE,
     ROUTE_NONE,
     TRACKING,
+    WAY_UNKNOWN,
 )
 
 ROWS = ((3, 0, 0, 0), (4, 4000, 0, 9000))
@@ -238,6 +241,54 @@ def test_sigma_grows_with_the_speed_and_the_turn():
         assert abs(coasting.grown_cdeg(10000) - turned_cdeg) <= turned_cdeg >> 6
 
 
+def seen_at(found, places, is_recent=True, is_told=False):
+    """A Coasting that marker after marker puts there, 0.1 s apart."""
+    for x_mm10, y_mm10 in places:
+        fix = Fix()
+        fix.x_mm10, fix.y_mm10 = x_mm10, y_mm10
+        found.measured(fix, 100000, is_recent, is_told)
+    return found
+
+
+def test_what_coasting_knows():
+    straight = [(1000 * k, 0) for k in range(4)]
+    for settings, known, x_mm10 in (
+        ({}, 2, 4000),
+        ({"is_recent": False}, 1, 3000),  # too long ago for a speed
+        ({"is_told": True}, 2, 4000),
+    ):
+        found, pose = seen_at(Coasting(2000), straight, **settings), array("i", [0] * 3)
+        found.predict(pose, 1000)
+        assert (found.known, abs(pose[0] - x_mm10) < 5) == (known, True), (settings, pose)
+    assert seen_at(Coasting(2000), straight[:1]).known == 1
+    shaken = [(0, 0), (90, 0), (0, 0), (90, 0), (0, 0), (90, 0)]
+    along = seen_at(Coasting(2000), shaken).scatter_mm10
+    across = seen_at(Coasting(2000), [(y, x) for x, y in shaken]).scatter_mm10
+    assert along == across > 30  # the worse one of both axes
+    assert seen_at(Coasting(2000), shaken, is_told=True).scatter_mm10 == Coasting(2000).scatter_mm10
+    found = Coasting(2000)
+    found.begin(None)
+    assert found.known == 0
+    found.begin((5000, 0, 0))
+    seen_at(found, [(6000, 0)])
+    assert found.known == 2
+
+
+def test_a_speed_that_is_not_known_makes_sigma_grow_for_a_second():
+    found = Coasting(2000)
+    for known, time_h, place_mm10 in (
+        (2, 5000, 6),  # half of 4.8 mm/s2 ...
+        (1, 5000, 6 + 10000),  # ... and 2 m/s
+        (1, 10000, 24 + 20000),
+        (1, 20000, 96 + 20000),
+    ):
+        found.known = known
+        assert abs(found.grown_mm10(time_h) - place_mm10) <= 2, (known, time_h)
+    found = Coasting(7000)
+    found.known = 1
+    assert found.grown_mm10(10000) == 60000
+
+
 class Carrier:
     """What odometry has carried on, with these sigmas; and an odometry that has moved."""
 
@@ -349,6 +400,148 @@ def test_what_is_not_known_of_map_and_route():
     assert navigator.outer_mm10(4) != navigator.outer_mm10(9) == 1500 and navigator.z_mm10(
         9
     ) == 0 < navigator.z_mm10(4)
+
+
+def driven(*frames, **settings):
+    """A localizer after frames of (time_us, measurements)."""
+    found = Localizer(MarkerMap(ROWS), coast_us=1500000, systematic=EXACT, **settings)
+    for time_us, markers in frames:
+        found.update(markers, len(markers), time_us)
+    return found
+
+
+def test_a_place_found_again_has_the_speed_of_the_frame_before():
+    found = driven((0, at_place(0)), (20000, at_place(200)), (120000, []))
+    assert found.state == COASTING and abs(found.x_mm10 - 1200) <= 10, found.x_mm10
+    found = driven((0, at_place(1000, 1000)), (100000, []))  # of one frame nobody knows
+    assert found.state == COASTING and found.x_mm10 == 1000
+    for lost, moved in ((True, False), (False, True)):  # a lost vehicle was not moved
+        found = driven((0, at_place(0)), (20000, at_place(0)))
+        if lost:
+            found._lose()
+        for k in range(3):
+            found.update(at_place(20000), 1, 40000 + 20000 * k)
+        assert (found.state, found.x_mm10) == (TRACKING, 20000)
+        assert found._last.moved == moved or lost  # the third frame after being lost is a usual one
+    found = driven((0, at_place(0)), (20000, at_place(0)))
+    assert not found._last.moved
+
+
+def test_a_lost_pose_stays_where_it_was_seen():
+    found = driven((0, at_place(0)), (20000, at_place(0)), (40000, at_place(100)), (2000000, []))
+    assert found.state == LOST and found.x_mm10 == 100
+
+
+def test_more_markers_than_are_used_do_no_harm():
+    assert driven((0, 9 * at_place(0)), (20000, 9 * at_place(0))).state == TRACKING
+
+
+def test_an_age_of_half_the_clock_stays_unknown():
+    half_us = COUNT_MAX >> 1
+    for passed_us, age_us in ((half_us, half_us), (half_us + 1, COUNT_MAX)):
+        found, time_us = standing(5)
+        found.update([], 0, time_us + passed_us)
+        assert found.age_us == age_us
+        found, time_us = standing(5)
+        found.pass_time(time_us + passed_us)
+        assert found.age_us == (age_us if age_us == COUNT_MAX else 0)
+    found.update([], 0, (time_us + COUNT_MAX + 20000) & COUNT_MAX)  # the clock has gone round
+    assert found.age_us == COUNT_MAX
+
+
+def test_the_time_between_frames_loses_no_more_than_it_must():
+    found = driven((0, at_place(0)), (20000, at_place(0)), (1500000, []))
+    assert found.state == COASTING
+    assert found.pass_time(1520000) == COASTING and found.pass_time(1520001) == LOST  # frames came or not
+    found.update(at_place(0), 1, 1600000)
+    assert found.pass_time(1610000) == LOST
+    assert found.update(at_place(0), 1, 1620000) == TRACKING  # the frame before was not forgotten
+    found, time_us = standing(5)
+    found.state, found._fix_us = CARRIED, time_us - 5000000
+    assert found.pass_time(time_us + 1000000) == CARRIED
+    assert found.pass_time(time_us + 1000001) == LOST
+
+
+def test_when_odometry_does_not_carry_the_pose_on():
+    for name, value in (("state", MOTION_NONE), ("doubted", True)):
+        found, _ = standing(5)
+        found.carrier = Carrier(0, 0, 0)
+        setattr(found.carrier, name, value)
+        odometry = found.carrier
+        found.carrier.shares = found.carrier
+        assert not found._is_carried(odometry, 0) and found.state == TRACKING, name
+    found = driven((0, at_place(0)))
+    found.carrier = Carrier(10001, 0, 0)
+    assert found.state == LOST and not found._is_carried(found.carrier, 0)
+    assert found.matching._agreed == 1  # what was seen of a new place is not forgotten
+    for sigmas in ((3, 5), (5, 3)):
+        found.carrier = Carrier(*sigmas, 7)
+        found.carrier.correlation_q14, found.carrier.way_mm = 11, 13
+        found._tell_carried()
+        assert (found.sigma_mm10, found.sigma_cdeg, found.correlation_q14, found.way_mm) == (5, 7, 11, 13)
+
+
+def test_a_fix_ends_the_way_by_odometry():
+    found, time_us = standing(5)
+    assert found.way_mm == WAY_UNKNOWN
+    found._is_carried, found._take_carried = lambda odometry, time_us: True, lambda: None
+    found.update([measured(3, 0)], 1, time_us + FRAME_US)
+    assert found.state == TRACKING and found.way_mm == 0
+
+
+def test_the_gate_allows_for_a_speed_that_is_not_known():
+    places = []
+    for known in (1, 2):
+        found, _ = standing(5)
+        found._coasting.known = known
+        found._coast(1000)
+        places.append(found._gate.place_mm10)
+    assert places[0] - places[1] == 2000  # 2 m/s for 0.1 s
+
+
+def test_the_least_sure_of_several_markers_counts():
+    found = Localizer(MarkerMap(ROWS))
+    view = at_place(0, 0)
+    for index, marker in enumerate(view):
+        marker.sigma_mm10, marker.sigma_mdeg = 30 - 20 * index, 100 + 200 * index
+    found.map.sigma_cdeg[0], found.map.sigma_cdeg[1] = 100, 10
+    told = []
+    for markers in (view, view[::-1]):
+        found._lose()
+        assert found.update(markers, 2, 0) == TRACKING
+        last = found._last
+        told.append((last.scatter_mm10, last.scatter_cdeg, last.certain_mm10, last.certain_cdeg))
+    assert told[0] == told[1] and told[0][:2] == (30, 30)
+    marker = measured(3, 0)
+    for sigmas, is_told in (
+        ((5, 5), True),
+        ((NO_SIGMA, 5), False),
+        ((5, NO_SIGMA), False),
+        ((NO_SIGMA, NO_SIGMA), False),
+    ):
+        marker.sigma_mm10, marker.sigma_mdeg = sigmas
+        assert found._is_told(marker) == is_told
+    noise = OdometryNoise()
+    assert Localizer(MarkerMap(ROWS), odometry_noise=noise).carrier._model is noise
+
+
+def test_the_shortest_way_decides_where_an_id_repeats():
+    places = MarkerMap(((1, 0, 0, 0), (2, 0, 9000, 0), (2, 4000, 6000, 0), (3, 5000, 0, 0), (1, 9000, 0, 0)))
+    for ids, entries in (
+        ((1, 2), [0, 2]),
+        ((2, 1), [2, 0]),
+        ((3, 1), [3, 4]),
+        ((3, 1, 2), [3, 4, 2]),
+        ((1, 2, 3), [0, 2, 3]),
+        ((1, 2, 3, 1), [4, 2, 3, 4]),  # a round ends where it began
+    ):
+        assert resolve_entries(ids, places) == entries, ids
+    for ids in ((), (1,), (1, 1), (1, 7)):
+        try:
+            Route(ids, places)
+            raise AssertionError(ids)
+        except ValueError as error:
+            assert "route" in str(error)
 
 
 def test_residuals_are_averaged_over_sixteen_frames():

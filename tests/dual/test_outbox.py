@@ -5,7 +5,7 @@ from larics.device.outbox import Outbox, Uptime
 from larics.device.raw_frame import RawSender
 from larics.device.tracking import Sighting
 from larics.locate.camera_model import Measurement
-from larics.marker.detection import NO_ID
+from larics.marker.detection import FLAG_UNCONFIRMED, NO_ID
 from larics.wire import codec as p
 from larics.wire import messages as m
 from larics.wire.mavlink import MavlinkEncoder
@@ -213,6 +213,11 @@ def test_a_marker_is_in_sight_coasts_and_is_lost():
             marker.marker_id = NO_ID if frame else 3
             sighting.update([marker], 1, 7000)
         assert sighting.state(7000 + ms) == state, (seen, ms)
+    sighting = Sighting()
+    for marker_id, flags, state in ((3, FLAG_UNCONFIRMED, m.LOST), (NO_ID, 0, m.LOST), (3, 0, m.TRACKING)):
+        marker.marker_id, marker.flags = marker_id, flags
+        sighting.update([marker], 1, 7000)
+        assert sighting.state(7000) == state, (marker_id, flags)
 
 
 def test_all_markers_that_a_frame_can_have_fit_beside_the_pose():

@@ -4,10 +4,12 @@ from array import array
 
 from larics.detect import edges as edges_module
 from larics.detect.centre_votes import CellGrid, CentreVotes, VoteBuffers
+from larics.detect.confirmation import Confirmation
 from larics.detect.detector import Detector
 from larics.detect.edges import EdgeFinder
 from larics.detect.scales import Scale, cut, grouped, tilted_px
 from larics.kernels import edges as kernels
+from larics.marker.detection import FLAG_UNCONFIRMED, NO_ID, Detection
 
 
 def pixels(scales):
@@ -218,3 +220,29 @@ def test_the_finest_grids_are_alike():
     assert CellGrid(360, 296, 3, 17 << 8).padding == 10
     assert CellGrid(360, 296, 4, 12 << 8).padding == 8
     assert CellGrid(360, 296, 6, 24 << 8).padding == 8
+
+
+def confirmed(confirmation, *ids):
+    """Which of the detections of a frame are not flagged."""
+    found = [Detection() for _ in ids]
+    for one, marker_id in zip(found, ids):
+        one.marker_id, one.flags = marker_id, 0
+    confirmation.update(found, len(found))
+    return [not one.flags & FLAG_UNCONFIRMED for one in found]
+
+
+def test_an_id_counts_once_in_a_frame_and_not_where_it_is_uncertain():
+    confirmation = Confirmation(2, 3, 4)
+    assert confirmed(confirmation, 5, 5, NO_ID) == [False, False, True]
+    assert confirmed(confirmation, 6, 5) == [False, True]
+    assert confirmed(confirmation) == []
+    assert confirmed(confirmation, 5, 6) == [True, True]
+    assert confirmed(confirmation) == confirmed(confirmation) == []
+    assert confirmed(confirmation, 5, 6) == [False, False]  # of three frames
+    assert confirmed(confirmation, NO_ID) == [True]
+    for least, frames in ((0, 3), (4, 3), (1, 256)):
+        try:
+            Confirmation(least, frames, 4)
+            raise AssertionError((least, frames))
+        except ValueError:
+            pass
