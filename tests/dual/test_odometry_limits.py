@@ -211,7 +211,7 @@ def judged(way_mm10, turn_cdeg=0, entry=1, x_mm10=None, heading_cdeg=None, near=
     """How the leg from a first marker is judged: odometry told so much, the markers the rest."""
     shares = Shares()
     shares.compare(placed(), Told(), 0, 0)
-    shares.carry(way_mm10, way_mm10, turn_cdeg, 100)
+    shares.carry(way_mm10, way_mm10, turn_cdeg)
     x_mm10 = way_mm10 if x_mm10 is None else x_mm10
     heading_cdeg = turn_cdeg if heading_cdeg is None else heading_cdeg
     told = Told(way_mm10, turn_cdeg % 36000)
@@ -269,7 +269,7 @@ def test_a_short_way_teaches_no_share():
         assert (shares.scale._weight > 0) == learns
         shares = Shares()
         shares.compare(placed(), Told(), 0, 0)
-        shares.carry(10 * told_mm, 3000, 0, 100)
+        shares.carry(10 * told_mm, 3000, 0)
         shares.compare(placed(3000, 0, 1), Told(3000), 0, 0)
         assert (shares.drift._weight > 0) == learns
     shares = Share(0, 1000)
@@ -373,7 +373,7 @@ def test_a_leg_that_misses_shows_that_turns_are_not_as_quiet_as_they_seemed():
         made._turn_most_q4 = made._loud_q4 = -100
         fix.x_mm10 = off_mm10
         made._hear_noise(fix)
-        assert (made._turn_most_q4 > -100) == louder and made._turn_loud_q4() <= made._loud_q4
+        assert (made._turn_most_q4 > -100) == louder and made._turn_loud_q4 <= made._loud_q4
 
 
 def test_the_least_surprise_that_counts():
@@ -398,7 +398,7 @@ def test_few_ways_tell_less_of_the_noise():
 def expected(way_ms):
     """What the model expects of turns at 0.2 m/s that take so long."""
     made, fix = carrier()
-    made.shares.way_ms, made.shares.way_mm10 = way_ms, 2 * way_ms
+    made._near_ms, made.shares.way_mm10 = way_ms, 2 * way_ms
     made.shares.missed_q4, made.shares.off_mm10 = 0, -1
     made._look_closely(fix)
     return made._near_turns._expected

@@ -32,6 +32,7 @@ _LEGS = const(6)  # over which it is averaged
 _NEAR_LEGS = const(2)  # ways and turns under one marker show the noise of the wheels for as long as no more
 _NEAR_WAYS = const(4)  # ... legs do; so many of them, no longer than this
 _NEAR_MOST_MM10 = const(7000)
+_NEAR_MOST_MS = const(2047)
 _NEAR_MS = const(900)  # wheels that go wrong for 0.3 s show a third of their noise in half of this
 _NEAR_FEW_Q4 = const(96)  # few ways may be right by chance
 _SURPRISE_Q4 = const(24)  # a leg that misses by so much more shows that turns are not as quiet as they seemed
@@ -102,7 +103,9 @@ class Carrier:
         self._loud_q4 = 0  # binary logarithm of the noise against that of the model
         self._legs = 0
         self._entry = -1  # of the last marker
-        self._turn_most_q4 = _LOUDEST_Q4  # ... and that of turns at most, by what was seen under one marker
+        self._turn_most_q4 = _LOUDEST_Q4  # that of turns at most, by what was seen under one marker, ...
+        self._turn_loud_q4 = 0  # ... and by both
+        self._near_ms = 0  # of the way that is compared, without standing
         self._near_ways = Quiet()
         self._near_turns = Quiet()
         self._odometry = None
@@ -122,11 +125,14 @@ class Carrier:
             return
         if self.known and self._way > (_LEARN_AGAIN_MM10 if fix.entry == self._entry else _LEARN_MM10):
             self._hear_noise(fix)
-        self._entry = fix.entry
+        if fix.entry != self._entry:
+            self._entry, self._near_ms = fix.entry, 0
         noise_q4, near = self._model.at_speed_q4(self._speed_mm_s), self._legs <= _NEAR_LEGS
-        ended = self.shares.compare(fix, self._odometry, noise_q4, self._turn_loud_q4(), near)
-        if ended and near and self.shares.way_mm10 <= _NEAR_MOST_MM10:
-            self._look_closely(fix)
+        ended = self.shares.compare(fix, self._odometry, noise_q4, self._turn_loud_q4, near)
+        if ended and near:
+            if self.shares.way_mm10 <= _NEAR_MOST_MM10:
+                self._look_closely(fix)
+            self._near_ms = 0
         self._x0, self._y0 = fix.x_mm10, fix.y_mm10
         self._heading_q6 = fix.heading_cdeg << 6
         self._rx = self._ry = self._px = self._py = 0
@@ -194,7 +200,9 @@ class Carrier:
         shares = self.shares
         forward_mm10 = forward >> 4
         way = max(abs(forward_mm10), abs(turn_cdeg) * self._model.half_track_mm // 573)
-        shares.carry(forward_mm10, way, turn_cdeg, passed_ms)
+        shares.carry(forward_mm10, way, turn_cdeg)
+        if self._legs <= _NEAR_LEGS:
+            self._near_ms = min(_NEAR_MOST_MS, self._near_ms + passed_ms)
         self._speed_mm_s = min(8000, way * 100 // passed_ms)
         if not self.known:
             return
@@ -230,7 +238,7 @@ class Carrier:
         since = max(1, min(self._since, 11000))
         noise_q4 = self._model.at_speed_q4(self._speed_mm_s) + self._loud_q4
         added = times_q4(since * _WAY_NOISE_Q20 >> 10, noise_q4) >> 10
-        noise_q4 += self._turn_loud_q4() - self._loud_q4 + self._model.track_q4
+        noise_q4 += self._turn_loud_q4 - self._loud_q4 + self._model.track_q4
         turned = times_q4(since * _TURN_NOISE_Q16 >> 14, noise_q4) >> 2
         way_mm = min(self._way // 10, 16383)  # further, the systematic shares grow no more: it is lost before
         shares = self.shares
@@ -293,10 +301,11 @@ class Carrier:
         self._loud_q4 = max(-_LOUDEST_Q4, min(_LOUDEST_Q4, self._loud_q4 + step_q4))
         if surprise_q4 > _SURPRISE_Q4:
             self._turn_most_q4 += surprise_q4
-        self.shares.settle(self._loud_q4, self._turn_loud_q4())
+        self._settle()
 
-    def _turn_loud_q4(self):
-        return min(self._loud_q4, self._turn_most_q4)
+    def _settle(self):
+        self._turn_loud_q4 = min(self._loud_q4, self._turn_most_q4)
+        self.shares.settle(self._loud_q4, self._turn_loud_q4)
 
     def _look_closely(self, fix):
         """Before there are legs to learn from: wheels that err less under a marker than the model says, on
@@ -304,7 +313,7 @@ class Carrier:
 
         A turn counts by what the difference of the wheels missed, half of it; all squares are in mm2 Q8."""
         shares, half_track_mm = self.shares, self._model.half_track_mm
-        way_ms = max(1, min(shares.way_ms, 2047))
+        way_ms = max(1, self._near_ms)
         noise_q4 = self._model.at_speed_q4(min(8000, shares.way_mm10 * 100 // way_ms))
         expected = times_q4(shares.way_mm10 * _WAY_NOISE_Q20 >> 10, noise_q4) >> 6
         expected = expected * way_ms // (way_ms + _NEAR_MS)
@@ -321,7 +330,7 @@ class Carrier:
             self._near_ways.add(off * off * 64 // 25, scatter * scatter * 256 // 25, expected)
             most_q4 = max(least_q4, self._near_ways.most_q4())
             self._loud_q4 = min(self._loud_q4, most_q4)
-        shares.settle(self._loud_q4, self._turn_loud_q4())
+        self._settle()
 
     def _learn_scale(self, dx, dy, place_q4):
         """From how far the marker lies off along the way since the last one."""

@@ -119,7 +119,7 @@ class OdometryShares:
     """scale, turn, drift: Share. `carry` each increment, `compare` at each marker; doubted: whether odometry
     contradicts the markers by more than wheels can, for as long as it does. model: OdometryNoise.
 
-    After a `compare` that returned True: way_mm10, driven or turned in way_ms; missed_q4, by how much the
+    After a `compare` that returned True: way_mm10, driven or turned; missed_q4, by how much the
     turn differed from what the shares make of it, mrad; and off_mm10, how far the way ended from that by the
     markers, -1 after a turn on the spot."""
 
@@ -136,16 +136,15 @@ class OdometryShares:
         self._odometry_x = self._odometry_y = self._odometry_heading = 0  # ... and by odometry
         self._entry = -1
         self._scatter_cdeg = 0
-        self._forward = self._way = self._turned = self._driven_ms = 0  # since then, by odometry
-        self.way_mm10 = self.way_ms = self.missed_q4 = 0
+        self._forward = self._way = self._turned = 0  # since then, by odometry
+        self.way_mm10 = self.missed_q4 = 0
         self.off_mm10 = -1
 
-    def carry(self, forward_mm10, way_mm10, turn_cdeg, passed_ms):
-        """Odometry told that, of so long a time."""
+    def carry(self, forward_mm10, way_mm10, turn_cdeg):
+        """Odometry told that."""
         self._forward = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._forward + forward_mm10))
         self._way = min(_FURTHEST_MM10, self._way + way_mm10)
         self._turned = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._turned + turn_cdeg))
-        self._driven_ms = min(_FURTHEST_MM10, self._driven_ms + passed_ms)
 
     def forget_anchor(self):
         """Nobody knows the way to the next marker."""
@@ -169,8 +168,9 @@ class OdometryShares:
             window_mm10 = _LEAST_MM10
             if fix.entry == self._entry:
                 window_mm10 = _NEAR_MM10 if near else _WINDOW_MM10
-                if max(self._way, abs(dx), abs(dy)) < window_mm10 >> 1 and abs(self._turned) < _TURN_CDEG:
-                    return False  # as nearly always
+                if max(self._way, abs(dx), abs(dy)) < window_mm10 >> 1:
+                    if abs(self._turned) < _TURN_CDEG:
+                        return False  # as nearly always
             self.way_mm10 = max(self._way, length(dx, dy))
             if self.way_mm10 >= window_mm10:
                 fits = self._compare_way(fix, odometry, loud_q4) and fix.entry == self._entry
@@ -184,8 +184,7 @@ class OdometryShares:
         self._odometry_x, self._odometry_y = odometry.x_mm10, odometry.y_mm10
         self._odometry_heading = odometry.heading_cdeg
         self._scatter_cdeg = fix.scatter_cdeg
-        self.way_ms = self._driven_ms
-        self._forward = self._way = self._turned = self._driven_ms = 0
+        self._forward = self._way = self._turned = 0
         return fits
 
     def _missed_cdeg(self, fix, odometry):
