@@ -28,7 +28,7 @@ NOT_LOADED = (
     "larics/locate/uncertainty", "larics/marker/far_apart", "larics/wire/mavlink", "larics/wire/messages",
     "larics/wire/nmea",
 )  # fmt: skip
-CODE_MOST = 209000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
+CODE_MOST = 211000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
 SMALL_MOST = 130000  # of the small-heap build
 BUFFERS_MOST = 97000
 

@@ -265,8 +265,9 @@ class BlurModelReader:
         found.radius_q8 = self.rings.radius_q8
         found.heading_cdeg = self.heading_cdeg
         found.margin = self.acceptance.margin
-        found.sigma_q12 = sigma_q12(uncertainty.centre_variance(self.rings, self.lines.noise))
-        found.sigma_mdeg = uncertainty.sigma_mdeg(self.rings)
+        uneven = uncertainty.uneven_square(self.rings)
+        found.sigma_q12 = sigma_q12(uncertainty.centre_variance(self.rings, self.lines.noise, uneven))
+        found.sigma_mdeg = uncertainty.sigma_mdeg(self.rings, self.lines, uneven)
 
     def _tell(self):
         """Puts down the pose that is reported of an accepted marker."""
