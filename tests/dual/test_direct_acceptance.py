@@ -441,9 +441,9 @@ def test_a_scratch_is_paler_than_the_other_lines():
 
 def test_a_line_both_pale_and_darker_than_one_side_only_is_in_doubt():
     for depth, area, expected in (
-        (147, 12, verdicts.ACCEPTED),
-        (148, 11, verdicts.ACCEPTED),
-        (147, 11, verdicts.ID_UNCERTAIN),
+        (147, 48, verdicts.ACCEPTED),  # 60 below the darker sides
+        (148, 47, verdicts.ACCEPTED),
+        (147, 47, verdicts.ID_UNCERTAIN),
     ):
         lines = Lines(7)
         lines.deepen(2, depth)

@@ -207,7 +207,7 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
             signs = 0
             if depth < pale and glare < _PALE_GLARE:
                 signs = 1
-                if int(light[_LIGHT_STRAY]) > _UNEVEN:
+                if int(light[_LIGHT_STRAY]) > _UNEVEN or near + far < _HALF_LEAST:
                     signs = 2
             if near + far < _LEAST:
                 signs += 1
