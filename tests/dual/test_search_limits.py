@@ -10,6 +10,7 @@ from larics.detect.edges import EdgeFinder
 from larics.detect.scales import Scale, cut, grouped, tilted_px
 from larics.kernels import edges as kernels
 from larics.marker.detection import FLAG_UNCONFIRMED, NO_ID, Detection
+from marker_drawing import draw
 
 
 def pixels(scales):
@@ -246,3 +247,67 @@ def test_an_id_counts_once_in_a_frame_and_not_where_it_is_uncertain():
             raise AssertionError((least, frames))
         except ValueError:
             pass
+
+
+def steep_finder(capacity=1000):
+    """A finder on 64 x 64 px, and a frame of stripes whose gradients are 40, and 34 in its lower half."""
+    frame = bytearray(64 * 64)
+    for k in range(len(frame)):
+        dark = 140 if k < 32 * 64 else 146
+        frame[k] = dark if k % 64 % 8 < 3 else 180
+    found = array("i", bytes(4 * (capacity + 1)))
+    finder = EdgeFinder(64, 64, 768, 4, 1, found, array("H", bytes(256)))
+    finder.threshold = 36
+    return finder, frame
+
+
+def test_every_second_point_comes_first_for_the_scales_that_share_them():
+    finder, frame = steep_finder()
+    assert finder.list_steep(frame, 0, False) == 0 and not finder.lowered
+    everywhere = sorted(finder.edges[: finder.steep])
+    assert everywhere
+    first = finder.list_steep(frame, 500, False)
+    listed = list(finder.edges[: finder.steep])
+    assert sorted(listed) == everywhere and 0 < first < finder.steep
+    colours = [(position % 64 // 4 + position // 64 // 4) & 1 for position in listed]
+    assert all([(colour == colours[0]) == (index < first) for index, colour in enumerate(colours)])
+    assert finder.list_steep(frame, first - 1, False) == first - 1  # as many as there is room for
+
+
+def test_fainter_points_are_listed_while_there_is_room_and_are_no_edges_of_thin_lines():
+    finder, frame = steep_finder()
+    finder.list_steep(frame, 0, False)
+    few = finder.steep
+    first = finder.list_steep(frame, 500, True)
+    many = finder.steep
+    assert finder.lowered and many > few
+    edges = finder.choose(frame, finder.edges, many, True)
+    assert 0 < edges <= few and finder.listed == many
+    assert all([one & 1048575 < 33 * 64 for one in finder.edges[:edges]])
+    finder.list_steep(frame, 500, True)
+    assert finder.choose(frame, finder.edges, many, False) > few  # only where they are wanted
+    assert finder.list_steep(frame, first + 1, True) == first and finder.lowered
+    assert finder.list_steep(frame, first, True) < first and not finder.lowered  # there is no room for more
+    finder, frame = steep_finder(many)
+    finder.list_steep(frame, 0, True)
+    assert not finder.lowered and finder.steep == few
+
+
+def test_votes_meet_in_the_middle_of_both_rings():
+    frame = draw(96, 88, 3, 50 * 16, 42 * 16, 22 * 16, 1000)
+    edges = EdgeFinder(96, 88, 650, 4, 1, array("i", bytes(4 * 601)), array("H", bytes(256)))
+    edges.measure_threshold(frame)
+    count = edges.find(frame, 0, 96, 0, 88)
+    grid = CellGrid(96, 88, 4, 26 << 8)
+    buffers = VoteBuffers([grid])
+    votes = CentreVotes(grid, 18 << 8, 26 << 8, 683, 325, 4, buffers)
+    found = votes.find(edges.edges, 0, count, 1, 0, 96, 0, 88)
+    best = list(buffers.centres[:3])
+    assert found and best[0] > 250, best
+    assert abs(best[1] - 32768 - (50 << 8)) < 512 and abs(best[2] - 32768 - (42 << 8)) < 512, best
+    votes.find(edges.edges, 0, count // 2, 1, 0, 96, 0, 88)
+    votes.find(edges.edges, count // 2, count, 1, 0, 96, 0, 88)  # goes on
+    assert list(buffers.centres[:3]) == best
+    votes.find(edges.edges, 0, count, 1, 0, 96, 0, 88)  # begins anew
+    assert list(buffers.centres[:3]) == best
+    assert votes.find(edges.edges, 0, count, 1, 0, 24, 0, 24) == 0  # not in this corner
