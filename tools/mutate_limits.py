@@ -33,11 +33,11 @@ CARRIED = (
     "test_uncertainty",
 )
 WIRE = ("test_protocol", "test_golden_wire", "test_encodings", "test_outbox")
-FIT = ("test_direct_limits", "test_detector")
+FIT = ("test_direct_limits", "test_sigma_limits", "test_detector")
 SEARCH = ("test_search_limits", "test_blurred_search", "test_detector")
 CELLS = ("test_cell_reader", "test_cells")
 BLURRED = ("test_blurred_limits", "test_blurred_acceptance", "test_model")
-TARGETS = {  # module -> tests of tests/dual
+TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
     "shared/larics/kernels/code_rules.py": ("test_direct_acceptance",),
     "shared/larics/direct/acceptance.py": ("test_direct_acceptance",),
@@ -82,15 +82,15 @@ TARGETS = {  # module -> tests of tests/dual
     "shared/larics/kernels/cells.py": CELLS,
     "shared/larics/kernels/cell_words.py": CELLS,
     "shared/larics/kernels/robust.py": FIT,
-    "shared/larics/direct/robust_centre.py": FIT,
-    "shared/larics/direct/uncertainty.py": FIT,
+    "shared/larics/direct/robust_centre.py": ("tests/host/test_robust_centre.py",),
+    "shared/larics/direct/uncertainty.py": ("test_sigma_limits", "test_direct_limits"),
     "shared/larics/detect/edges.py": SEARCH,
     "shared/larics/detect/centre_votes.py": SEARCH,
     "shared/larics/detect/scales.py": SEARCH,
     "shared/larics/blurred/ring_fit.py": BLURRED,
     "shared/larics/blurred/line_fit.py": BLURRED,
     "shared/larics/blurred/blur_model.py": BLURRED,
-    "shared/larics/blurred/uncertainty.py": BLURRED,
+    "shared/larics/blurred/uncertainty.py": ("test_sigma_limits", "test_blurred_limits"),
     "shared/larics/device/commands.py": ("test_commands", "test_firmware_link"),
     "shared/larics/device/frame_check.py": ("test_frame_check",),
     "shared/larics/device/outbox.py": ("test_outbox",),
@@ -132,6 +132,7 @@ CONSTANT = re.compile(r"^(_?[A-Z][A-Z0-9_]*) = const\((-?\d+)\)", re.MULTILINE)
 GENERATED = re.compile(r"# generated: begin.*?# generated: end", re.DOTALL)
 SCALE = re.compile(r"_rule\(.*, (\d+)\)")
 PARTS = ("shared", "firmware", "tests/dual", "tests/kernels")
+HOST = ("host", "tests/host")
 RUN = """
 import copy, importlib, sys
 
@@ -192,20 +193,26 @@ def mutants(words):
 
 
 def passes(copy, tests):
-    """Whether the tests pass on a copy of the tree."""
+    """Whether the tests pass on a copy of the tree: those of tests/dual by name, of tests/host by path."""
     found = [name for name in tests if " " in name or (copy / "tests" / "dual" / (name + ".py")).is_file()]
+    paths = [name for name in tests if "/" in name]
     environment = dict(
         os.environ,
         LARICS_KERNELS="plain",
         PYTHONDONTWRITEBYTECODE="1",
-        PYTHONPATH=os.pathsep.join(str(copy / part) for part in PARTS),
+        PYTHONPATH=os.pathsep.join(str(copy / part) for part in (*PARTS, *HOST)),
     )
-    command = [sys.executable, "-c", RUN, *found]
-    try:
-        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=300)
-    except subprocess.TimeoutExpired:
-        return False
-    return done.returncode == 0
+    commands = [[sys.executable, "-c", RUN, *found]] if found else []
+    if paths:
+        commands.append([sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider", *paths])
+    for command in commands:
+        try:
+            done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=300)
+        except subprocess.TimeoutExpired:
+            return False
+        if done.returncode:
+            return False
+    return True
 
 
 def main(words):
@@ -216,7 +223,7 @@ def main(words):
     survivors = []
     with tempfile.TemporaryDirectory() as folder:
         copy = pathlib.Path(folder)
-        for part in PARTS:
+        for part in (*PARTS, *HOST):
             shutil.copytree(ROOT / part, copy / part, ignore=shutil.ignore_patterns("__pycache__"))
         for tests in sorted({one[3] for one in chosen}):
             if not passes(copy, tests):
