@@ -2,6 +2,7 @@
 
     machine code   of the kernels comes from a C compiler, where there is one for the board
     names          are those that MicroPython has anyway (flash.short_names)
+    bytecode       is made of native functions, which are few and not called for each pixel
     lines          of the sources are forgotten, but where files are read in place: there they take nothing
 
 What such a traceback means is in the names that are kept of each build, for `larics traceback`.
@@ -9,6 +10,7 @@ What such a traceback means is in the names that are kept of each build, for `la
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +21,9 @@ from larics_host.flash import build, machine_code, mpy_file, short_names, traceb
 HEAP_BYTES = 448 << 10  # a heap below that is small: the usual program takes 375 KB, and some that it leaves
 _KERNELS = "larics/kernels/"
 # free bytes that the second opinion wants before it is loaded; the usual program says more in its source
-_WITH_SECOND_OPINION = {True: 138 << 10, False: 150 << 10}
+_WITH_SECOND_OPINION = {True: 132 << 10, False: 150 << 10}
 _NO_LINES = ("-O3",)
+_NATIVE = re.compile(r"^ *@micropython\.native$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -40,15 +43,16 @@ def compile_small(
 ) -> SmallProgram:
     """in_place: whether its files are read where they lie, in ROMFS; also: as in build.program; keep: names
     that are called from outside. Raises UserError with what the compiler of MicroPython says."""
-    numbers = {("parts", "_WITH_SECOND_OPINION"): _WITH_SECOND_OPINION[in_place]}
-    texts = build.texts(root, also, numbers)
+    numbers, lacks = {("parts", "_WITH_SECOND_OPINION"): _WITH_SECOND_OPINION[in_place]}, ""
+    try:
+        machine_code.compiler(march)
+    except machine_code.NoCompiler as error:
+        numbers, lacks = {}, str(error)
+    texts = {name: _NATIVE.sub("", text) for name, text in build.texts(root, also, numbers).items()}
     files = build.compile_texts(texts, march, () if in_place else _NO_LINES)
     read = {name: mpy_file.MpyFile(data) for name, data in files}
-    lacks = ""
-    try:
+    if not lacks:
         _take_machine_code(read, texts, march)
-    except machine_code.NoCompiler as error:
-        lacks = str(error)
     sources = short_names.file_names([build.module_of(name) for name in read])
     renamed = short_names.chosen(
         {build.module_of(name): text for name, text in texts.items()},
@@ -68,7 +72,6 @@ def compile_small(
 
 
 def _take_machine_code(read, texts, march):
-    machine_code.compiler(march)
     kernels = {name: file for name, file in read.items() if name.startswith(_KERNELS)}
     modules = [(texts[name], file.function_table) for name, file in kernels.items()]
     for file, codes in zip(kernels.values(), machine_code.compiled(modules, march), strict=True):
