@@ -45,6 +45,7 @@ def test_the_parts_add_up_and_nothing_overflows():
         found = most.of_place(measured(1 << 20, -(1 << 20), height_mm10), 10000, 9000)
         assert 10000 <= found < 1 << 15, found
     assert root_of_squares(20000, 20000) == 28284
+    assert (root_of_squares(4, 11), root_of_squares(2, 11), root_of_squares(3, 4)) == (12, 11, 5)  # rounded
     assert only(focal_ppm=2000).of_place(measured(200000, 0)) == 200  # nothing is farther than 10 m
     assert only(map_mm10=10000).of_place(measured(0, 0)) == only(map_mm10=30000).of_place(measured(0, 0))
 

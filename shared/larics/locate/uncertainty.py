@@ -71,7 +71,7 @@ class Systematic:
     def of_heading(self, map_cdeg=0):
         """Of the heading, 0.01 degrees."""
         map_cdeg = map_cdeg or self._map_cdeg
-        return isqrt(map_cdeg * map_cdeg + self._mount_cdeg * self._mount_cdeg)
+        return root_of_squares(map_cdeg, self._mount_cdeg)
 
     def _square(self, part_mm10):
         part_mm10 = min(_MOST_MM10, part_mm10)
@@ -79,8 +79,11 @@ class Systematic:
 
 
 def root_of_squares(one, other):
-    """The standard deviation of a sum of two errors, each at most 20,000."""
-    return isqrt(one * one + other * other)
+    """The standard deviation of a sum of two errors, each at most 20,000; rounded, since a hundredth of a
+    degree is a tenth of the usual one."""
+    square = one * one + other * other
+    root = isqrt(square)
+    return root + 1 if square - root * root > root else root
 
 
 def log2_q4(value, unit):
