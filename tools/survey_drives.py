@@ -200,7 +200,7 @@ def drive(world: World, seed: int) -> Drive:
     frame, carried = 1, False
     before = list(hall)
     for index, number in enumerate(order[1:], 1):
-        if world.moved and index == half:
+        if world.moved and max(seen) and index == half:  # who never comes by again cannot tell
             marker_id, x, y, heading = hall[often]
             angle, way = rng.uniform(0, 2 * math.pi), rng.uniform(150, 500)
             place = x + way * math.cos(angle), y + way * math.sin(angle)

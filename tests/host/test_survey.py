@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 
 from larics_host import cli
-from larics_host.mapping import moves
+from larics_host.mapping import build, moves
+from larics_host.mapping.collect import collect
 from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
 from larics_host.mapping.links import Place
 from larics_host.mapping.mapfile import read_map
 from larics_host.mapping.poses import after
 from larics_host.mapping.wheels import Way
+from tools import survey_drives
 from tools.survey_drives import World, drive, score, taped, write_log
 
 
-def built(folder, world, seed, *options, distance=True):
+def built_from(folder, world, seed, *options, distance=True):
     one = drive(world, seed)
     words = list(options)
     if distance:
@@ -28,7 +30,7 @@ def built(folder, world, seed, *options, distance=True):
 
 def test_a_hall_from_one_drive(tmp_path, capsys):
     """30 markers 3 m apart, 200 m with slips, misread passages and frames, one marker moved half way."""
-    one, result = built(tmp_path, World(), 5003)
+    one, result = built_from(tmp_path, World(), 5003)
     assert not result.refused and len(result.errors) == len({h[0] for h in one.hall}) == 30
     assert np.median(result.errors) < 12 and result.errors.max() < 30
     assert result.within.mean() > 0.9
@@ -37,7 +39,7 @@ def test_a_hall_from_one_drive(tmp_path, capsys):
 
 
 def test_repeated_ids_are_told_apart_along_the_drive(tmp_path):
-    one, result = built(tmp_path, World(ids=7, moved=False), 5001, "--repeats", distance=False)
+    one, result = built_from(tmp_path, World(ids=7, moved=False), 5001, "--repeats", distance=False)
     assert not result.refused and len(result.errors) == 30
     assert np.median(result.errors) < 40 and result.within.mean() > 0.9
 
@@ -45,7 +47,7 @@ def test_repeated_ids_are_told_apart_along_the_drive(tmp_path):
 @pytest.mark.parametrize("ids", [0, 7])
 def test_a_map_that_lost_its_association_is_refused(ids, tmp_path):
     world = World(ids=ids, carried_m=80.0)
-    _, result = built(tmp_path, world, 5002, *(["--repeats"] if ids else []), distance=False)
+    _, result = built_from(tmp_path, world, 5002, *(["--repeats"] if ids else []), distance=False)
     assert "not make one map" in result.refused and result.refused.count("\n") == 0
     assert not (tmp_path / "drive.map.json").exists()
 
@@ -144,6 +146,59 @@ def test_legs_carry_shares_and_noise():
         ends.append(poses(*noisy)[-1])
     spread = np.cov(np.array(ends).T)
     assert np.sqrt(np.diag(noise * leg.by_noise)) == pytest.approx(np.sqrt(np.diag(spread)), rel=0.12)
+
+
+def _solved(tmp_path, monkeypatch, world, seed):
+    """(Drive, Collected, the Graph of its map)."""
+    kept = []
+    monkeypatch.setattr(build, "find_moves", lambda graph, places: kept.append(graph) or [])
+    one = drive(world, seed)
+    collected = collect([write_log(tmp_path / "drive.bin", one)], False)
+    first, second, mm = taped(one, np.random.default_rng(seed))
+    build.build(collected, build.Request(distances=[(first, second, mm)]))
+    return one, collected, kept[0]
+
+
+def test_covariances_are_those_of_gtsam(tmp_path, monkeypatch):
+    import gtsam
+
+    _, _, graph = _solved(tmp_path, monkeypatch, World(markers=6, length_m=50.0, moved=False), 5008)
+    told, own = gtsam.Marginals(graph._factors(False), graph._values()), graph.marginals()
+
+    def same(keys, covariance):
+        joint = told.jointMarginalCovariance([gtsam.symbol(*key) for key in keys])
+        blocks = [[joint.at(gtsam.symbol(*a), gtsam.symbol(*b)) for b in keys] for a in keys]
+        sigmas = np.sqrt(np.diag(np.block(blocks)))
+        return (np.block(blocks) - covariance) / np.outer(sigmas, sigmas) == pytest.approx(0, abs=1e-3)
+
+    for log, a, b, _ in graph.legs:
+        assert same([("x", a), ("x", b), ("s", log)], own.leg(a, b, log))
+    for one in graph.readings:
+        assert same([("x", one.passage), ("m", one.place)], own.reading(one.passage, one.place))
+    numbers = [number for number in graph.places if number != graph.anchor]
+    assert same([("m", number) for number in numbers], own.places(numbers))
+
+
+def test_a_slip_is_found_on_its_leg(tmp_path, monkeypatch):
+    """Of one wheel, large: it is not taken for noise, nor for misread markers."""
+    step, ways = survey_drives._Wheels.step, []
+
+    def slipping(self, ahead, turn):
+        step(self, ahead, turn)
+        ways.append(self.driven)
+        if len(ways) == 1500:
+            moved, turned = 9.0, 18.0 / survey_drives.TRACK_MM
+            survey_drives._move(self.odometry, moved, turned)
+            self.way, self.turn = self.way + moved, self.turn + turned
+
+    monkeypatch.setattr(survey_drives._Wheels, "step", slipping)
+    world = World(markers=9, length_m=100.0, moved=False, slips=0.0, wrong=0.0)
+    one, collected, graph = _solved(tmp_path, monkeypatch, world, 5009)
+    frames = [passage.frame for passage in collected.drives[0].passages]
+    leg = int(np.searchsorted(frames, 1499)) - 1
+    assert graph.slipped[leg] > 0.9 and sum(graph.slipped.values()) < 2
+    assert graph.leg_noise(leg) > 10 * graph.noise and graph.noise < 0.0012 < graph.loudness()
+    assert all(reading.used for reading in graph.readings)
 
 
 def test_the_map_file_has_the_standard_errors(tmp_path):

@@ -33,6 +33,7 @@ _PARTS = 6  # that the readings of two markers seen together are cut into, in th
 _EXPLAINED = 0.8  # of the passages, in a map that did not lose its association
 _JUDGED = 10  # passages from which on that is asked
 _CARRIED_MM, _CARRIED_RAD = 700.0, 0.35  # more than slips between two markers
+_FOCAL_SHARE = 0.001  # standard deviation
 _WORST_MM = 500.0  # standard deviation of a place that still is one
 
 
@@ -102,12 +103,11 @@ def build(
         progress(done)
         graph, passages = _graph(main, laid, collected, request, noise)
         settle(graph, main, progress, done)
-        if not passages or graph.noise < _LAID_OUT_ANEW * noise:
+        if not passages or graph.loudness() < _LAID_OUT_ANEW * noise:
             break
-        noise = graph.noise  # much worse than thought: other passages may be of one marker then
+        noise = graph.loudness()  # much worse than thought: other passages may be of one marker then
     moves = find_moves(graph, laid.places)
-    if moves:
-        settle(graph, main, progress, 0.7)
+    settle(graph, main, progress, 0.7, is_last=True)
     unread = _refuse_lost(graph, passages)
     progress(0.95)
     former = {move.former for move in moves}
@@ -115,6 +115,8 @@ def build(
     covariance = graph.place_covariance(graph.marginals(), numbers)
     if request.anchor is None and not request.given:
         covariance = _free(covariance, [graph.places[number] for number in numbers])
+    if not graph.distances and len(graph.given) + (request.anchor is not None) < 2:
+        covariance = covariance + _unscaled(graph, numbers, request.anchor is not None)
     worst = math.sqrt(max(float(covariance[k, k]) for k in range(len(covariance)) if k % 3 < 2))
     if worst > _WORST_MM:
         raise UserError(
@@ -294,6 +296,15 @@ def _free(covariance, poses):
     fitted[2::3] = 0.0  # by places alone
     still = np.eye(len(motion)) - motion @ np.linalg.solve(fitted.T @ fitted, fitted.T)
     return still @ covariance @ still.T
+
+
+def _unscaled(graph, numbers, is_anchored):
+    """Covariance by a scale that no measured length holds: what a calibration leaves of the focal length."""
+    places = np.array([graph.places[number] for number in numbers])
+    off = places[:, :2] - (graph.places[graph.anchor][:2] if is_anchored else places[:, :2].mean(axis=0))
+    slope = np.zeros(3 * len(places))
+    slope[0::3], slope[1::3] = off.T
+    return _FOCAL_SHARE**2 * np.outer(slope, slope)
 
 
 def _tell_fit(built, graph):

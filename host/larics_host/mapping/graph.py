@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,9 +18,11 @@ import numpy as np
 
 from larics_host.errors import UserError, missing_package
 from larics_host.mapping.association import READING_SIGMA
+from larics_host.mapping.covariance import Covariance
 from larics_host.mapping.poses import axes
 from larics_host.mapping.wheels import SHARES, SHARES_SIGMA, Leg
 
+Linear = Iterable[tuple[list, np.ndarray]]  # see Graph._linear
 gtsam: Any
 try:
     import gtsam
@@ -30,6 +33,7 @@ LINK_SIGMA = (1.5, 1.5, 0.0025)  # of what some frames show together: mm, mm, ra
 DISTANCE_SIGMA_MM = 3.0
 PLACE_SIGMA = (3.0, 3.0, 0.01)
 _ANCHOR_SIGMA = (0.01, 0.01, 1e-5)
+_UNKNOWN_RAD = 1e3
 _HUBER = 1.345  # 95 % efficient where there is nothing wrong
 _ITERATIONS = 40
 _AT_REST = 1e-5
@@ -80,7 +84,10 @@ class Graph:
     distances  [(place, place, mm)]
     given      [(place, (x, y, rad or None))]
     anchor     the place that stays where it is, or None
-    noise      of the wheels, see wheels; link_noise: variance of links against LINK_SIGMA's
+    noise      of wheels that do not slip, see wheels
+    noises     {passage: noise of the leg that begins there}, where it is another
+    slipped    {passage: how likely a wheel slipped on the leg that begins there}
+    link_noise variance of links against LINK_SIGMA's
     """
 
     poses: dict = field(default_factory=dict)
@@ -93,6 +100,8 @@ class Graph:
     given: list = field(default_factory=list)
     anchor: int | None = None
     noise: float = 0.001
+    noises: dict = field(default_factory=dict)
+    slipped: dict = field(default_factory=dict)
     link_noise: float = 1.0
 
     def solve(self, robust: bool = True) -> float:
@@ -108,28 +117,20 @@ class Graph:
             self.shares[log] = values.atVector(gtsam.symbol("s", log))
         return factors.error(values)
 
-    def marginals(self) -> Any:
-        return needed().Marginals(self._factors(False), self._values())
+    def marginals(self) -> Covariance:
+        return Covariance(self, self._linear())
 
-    def place_covariance(self, marginals: Any, numbers: list) -> np.ndarray:
+    def place_covariance(self, marginals: Covariance, numbers: list) -> np.ndarray:
         """(3 N, 3 N) covariance of places (x mm, y mm, rad) in the axes of the map."""
-        gtsam = needed()
-        keys = [gtsam.symbol("m", number) for number in numbers]
-        joint = marginals.jointMarginalCovariance(keys)
-        order = {key: k for k, key in enumerate(sorted(keys))}
-        size = 3 * len(keys)
-        full = np.asarray(joint.fullMatrix()).reshape(size, size)
-        rows = np.concatenate([3 * order[key] + np.arange(3) for key in keys])
-        full = full[np.ix_(rows, rows)]
+        size = 3 * len(numbers)
         turn = np.zeros((size, size))
         for k, number in enumerate(numbers):
             turn[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = axes(self.places[number][2])
-        return turn @ full @ turn.T
+        return turn @ marginals.places(numbers) @ turn.T
 
-    def surprises(self, marginals: Any) -> np.ndarray:
+    def surprises(self, marginals: Covariance) -> np.ndarray:
         """For each reading the chi-squared (three degrees of freedom) by which it contradicts all others; 0
         where that is little, NaN where nothing else tells of its place."""
-        gtsam = needed()
         noise = np.diag(np.square(READING_SIGMA))
         found = np.full(len(self.readings), np.nan)
         for k, one in enumerate(self.readings):
@@ -137,10 +138,7 @@ class Graph:
             if one.used and np.sum(np.square(off / READING_SIGMA)) < _DOUBTED:
                 found[k] = 0.0
                 continue
-            keys = [gtsam.symbol("x", one.passage), gtsam.symbol("m", one.place)]
-            joint = marginals.jointMarginalCovariance(keys)
-            blocks = [[joint.at(a, b) for b in keys] for a in keys]
-            fitted = slope @ np.block(blocks) @ slope.T
+            fitted = slope @ marginals.reading(one.passage, one.place) @ slope.T
             spread = noise - fitted if one.used else noise + fitted
             if (
                 one.used
@@ -150,26 +148,32 @@ class Graph:
             found[k] = off @ np.linalg.solve(spread, off)
         return found
 
-    def squares(self, most: float = math.inf) -> tuple[float, float, int]:
-        """(chi-squared of the legs, each at most so much, of all else that counts, degrees of freedom of
-        all)."""
-        legs = other = 0.0
-        count = 0
-        for one in self.legs:
-            off, leg = self.leg_error(one), one[3]
-            legs += min(most, float(off @ np.linalg.solve(leg.covariance(self.noise), off)))
-            count += 3
-        for one in self.readings:
-            if one.used:
-                other += np.sum(np.square(self.reading_error(one) / READING_SIGMA))
-                count += 3
-        links = self.link_squares()
-        other += (
-            sum(square for one, square in zip(self.links, links, strict=True) if one.used) / self.link_noise
-        )
-        count += 3 * sum(one.used for one in self.links)
-        count += len(self.distances) - 3 * (len(self.poses) + len(self.places) - 1)
-        return legs, other, count
+    def leg_noise(self, a: int) -> float:
+        """Of the leg that begins at a passage."""
+        return self.noises.get(a, self.noise)
+
+    def leg_spreads(self, marginals: Covariance) -> tuple[list, list]:
+        """(what odometry is off by on each leg, the covariance that is left of it)."""
+        offs, spreads = [], []
+        for log, a, b, leg in self.legs:
+            off, by_first, by_second = _leg_error(self.poses[a], self.poses[b], leg.carried(self.shares[log]))
+            slope = np.hstack([by_first, by_second, -leg.by_shares])
+            offs.append(off)
+            spreads.append(slope @ marginals.leg(a, b, log) @ slope.T)
+        return offs, spreads
+
+    def loudness(self) -> float:
+        """Noise of the legs as a whole, slips included."""
+        ways = sum(leg.way_mm for *_, leg in self.legs)
+        return sum(self.leg_noise(a) * leg.way_mm for _, a, _, leg in self.legs) / max(ways, 1.0)
+
+    def squares(self) -> tuple[float, int]:
+        """(chi-squared of readings and links that count, degrees of freedom of all)."""
+        read = [self.reading_error(one) for one in self.readings if one.used]
+        links = [square for one, square in zip(self.links, self.link_squares(), strict=True) if one.used]
+        squares = sum(float(np.sum(np.square(off / READING_SIGMA))) for off in read)
+        freedom = 3 * (len(self.legs) + len(read) + len(links) - len(self.poses) - len(self.places) + 1)
+        return squares + sum(links) / self.link_noise, freedom + len(self.distances)
 
     def leg_error(self, one: tuple[int, int, int, Leg]) -> np.ndarray:
         """What odometry is off by on one of the legs: mm, mm, rad in the axes of its begin."""
@@ -187,6 +191,35 @@ class Graph:
     def link_squares(self) -> list[float]:
         """By how much each link is off, in squares of LINK_SIGMA."""
         return [float(np.sum(np.square(self.link_error(one) / LINK_SIGMA))) for one in self.links]
+
+    def _linear(self):
+        """The factors as `_factors` has them, not robust: yields ([(kind, number, slope)], weight)."""
+        for log in self.shares:
+            yield [("s", log, np.eye(SHARES))], _weight(SHARES_SIGMA)
+        for log, a, b, leg in self.legs:
+            _, by_a, by_b = _leg_error(self.poses[a], self.poses[b], leg.carried(self.shares[log]))
+            weight = np.linalg.inv(leg.covariance(self.leg_noise(a)))
+            yield [("x", a, by_a), ("x", b, by_b), ("s", log, -leg.by_shares)], weight
+        weight = _weight(READING_SIGMA)
+        for one in self.readings:
+            if one.used:
+                slope = _reading_error(self.poses[one.passage], self.places[one.place], one.pose)[1]
+                yield [("x", one.passage, slope[:, :3]), ("m", one.place, slope[:, 3:])], weight
+        weight = _weight(LINK_SIGMA) / self.link_noise
+        for one in self.links:
+            if one.used:
+                slope = _reading_error(self.places[one.first], self.places[one.second], one.pose)[1]
+                yield [("m", one.first, slope[:, :3]), ("m", one.second, slope[:, 3:])], weight
+        for a, b, _ in self.distances:
+            off = np.subtract(self.places[b], self.places[a])
+            along = np.array([[*(off[:2] / math.hypot(*off[:2])), 0.0]])
+            slopes = -along @ axes(self.places[a][2]), along @ axes(self.places[b][2])
+            yield [("m", a, slopes[0]), ("m", b, slopes[1])], _weight([DISTANCE_SIGMA_MM])
+        for place, (_, _, heading) in self.given:
+            known = *PLACE_SIGMA[:2], PLACE_SIGMA[2] if heading is not None else _UNKNOWN_RAD
+            yield [("m", place, np.eye(3))], _weight(known)
+        if self.anchor is not None:
+            yield [("m", self.anchor, np.eye(3))], _weight(_ANCHOR_SIGMA)
 
     def _values(self):
         gtsam = needed()
@@ -215,7 +248,7 @@ class Graph:
                 gtsam.PriorFactorVector(gtsam.symbol("s", log), np.zeros(SHARES), sigmas(SHARES_SIGMA, False))
             )
         for log, a, b, leg in self.legs:
-            model = noise.Gaussian.Covariance(leg.covariance(self.noise))
+            model = noise.Gaussian.Covariance(leg.covariance(self.leg_noise(a)))
             keys = [gtsam.symbol("x", a), gtsam.symbol("x", b), gtsam.symbol("s", log)]
             factors.add(gtsam.CustomFactor(model, keys, _leg_factor(leg)))
         readings = sigmas(READING_SIGMA)
@@ -232,7 +265,7 @@ class Graph:
         for a, b, mm in self.distances:
             factors.add(gtsam.RangeFactorPose2(marker(a), marker(b), mm, taped))
         for place, (x, y, heading) in self.given:
-            known = sigmas((*PLACE_SIGMA[:2], PLACE_SIGMA[2] if heading is not None else 1e3), False)
+            known = sigmas((*PLACE_SIGMA[:2], PLACE_SIGMA[2] if heading is not None else _UNKNOWN_RAD), False)
             pose = gtsam.Pose2(x, y, heading if heading is not None else self.places[place][2])
             factors.add(gtsam.PriorFactorPose2(marker(place), pose, known))
         if self.anchor is not None:
@@ -259,6 +292,10 @@ def _optimum(factors, values):
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setMaxIterations(_ITERATIONS)
     return gtsam.LevenbergMarquardtOptimizer(factors, values, parameters).optimize()
+
+
+def _weight(sigmas):
+    return np.diag(1 / np.square(sigmas))
 
 
 def _leg_factor(leg: Leg):

@@ -132,10 +132,16 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
     for one in mine:
         one.used = True
     graph.solve()
+    odd = _surprised(graph, mine)
+    if 0 < len(odd) <= _ODD_SHARE * len(mine):
+        for one in odd:
+            one.used = False
+        earlier, later = ([one for one in side if one.used] for side in (earlier, later))
+        graph.solve()
     mm = math.dist(graph.places[former][:2], graph.places[number][:2])
     sides = (earlier, graph.places[number]), (later, graph.places[former])
     slack = _NEIGHBOUR if min(len(earlier), len(later)) >= _ENOUGH else 1.0
-    if _agreed(graph, mine, slack) and all(
+    if _agreed(graph, earlier + later, slack) and all(
         len(side) >= _ENOUGH or _surely(graph, side[0], other, mm) for side, other in sides
     ):
         return mm
@@ -143,6 +149,13 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
         one.place, one.used = number, was
     graph.places, graph.poses, graph.shares = before
     return None
+
+
+def _surprised(graph, mine):
+    """Those of some readings of a solved graph that contradict all else."""
+    squares = zip(graph.readings, graph.surprises(graph.marginals()), strict=True)
+    own = {one.passage for one in mine}
+    return [one for one, square in squares if one.used and one.passage in own and square > GATE]
 
 
 def _agreed(graph, mine, slack):
@@ -157,8 +170,9 @@ def _agreed(graph, mine, slack):
 
 
 def _surely(graph, one, other, mm):
-    """Whether a single reading tells of a move from or to the pose of the `other` place: what is known
-    before and behind it says so, and a slip on the way from there does not explain it."""
+    """Whether a single reading tells of a move from or to the pose of the `other` place. Were it of that
+    place, wheels would have slipped both on the way there and on the way on: it is enough that one of the
+    two is not explained by a slip."""
     if not mm < _SINGLE_MM:
         return False
     used = {reading.passage for reading in graph.readings if reading.used}
@@ -175,7 +189,7 @@ def _surely(graph, one, other, mm):
             if known in used:
                 told.append(_contradicts(graph, one, other, known, covariance))
                 break
-    return bool(told) and all(told)
+    return any(told)
 
 
 def _slipping(leg, noise):

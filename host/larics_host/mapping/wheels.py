@@ -23,13 +23,15 @@ _FLOOR_MM, _FLOOR_RAD = 0.7, 0.0005  # what times and roundings add to each leg
 
 class Leg(NamedTuple):
     """From one frame to another, in the axes of the first: pose (x mm, y mm, rad) with shares as in `at`, its
-    derivatives (3, 6) by the shares, its covariance by noise of 1, and that by all else."""
+    derivatives (3, 6) by the shares, its covariance by noise of 1, and that by all else;
+    way_mm of a wheel."""
 
     pose: np.ndarray
     by_shares: np.ndarray
     by_noise: np.ndarray
     floor: np.ndarray
     at: np.ndarray
+    way_mm: float
 
     def carried(self, shares: np.ndarray) -> np.ndarray:
         """The pose with other shares."""
@@ -82,7 +84,9 @@ class Way:
         noise = self._noise(poses, begins, ends)
         floor = np.diag([_FLOOR_MM**2, _FLOOR_MM**2, _FLOOR_RAD**2])
         shares = np.array(shares, float)
-        return [Leg(*one, floor, shares) for one in zip(relative, by_shares, noise, strict=True)]
+        ways = (self.driven_mm[ends] - self.driven_mm[begins]).tolist()
+        told = zip(relative, by_shares, noise, ways, strict=True)
+        return [Leg(pose, slope, loud, floor, shares, way) for pose, slope, loud, way in told]
 
     def _noise(self, poses, begins, ends):
         """(M, 3, 3): what each step's noise makes of the end, summed up, in the axes of the begin."""
