@@ -148,6 +148,43 @@ def test_legs_carry_shares_and_noise():
     assert np.sqrt(np.diag(noise * leg.by_noise)) == pytest.approx(np.sqrt(np.diag(spread)), rel=0.12)
 
 
+def test_what_no_map_can_be_built_from_is_said(tmp_path, capsys):
+    one = drive(World(markers=6, length_m=20.0, moved=False, wrong=0.0, wrong_frames=0.0), 5007)
+    log, out = str(write_log(tmp_path / "drive.jsonl", one)), str(tmp_path / "hall.json")
+    only = one.hall[0][0]
+    one.frames = [(*rest, [seen for seen in seens if seen[0] == only]) for *rest, seens in one.frames]
+    single = str(write_log(tmp_path / "single.jsonl", one))
+    one.frames = [(*rest, []) for *rest, _ in one.frames]
+    nothing = str(write_log(tmp_path / "nothing.jsonl", one))
+    for words, said in (
+        ((nothing,), "no marker was read in these logs: a map needs two or more"),
+        ((single,), "marker %d is the only one that was read: a map needs two or more" % only),
+        ((log, str(tmp_path / "." / "drive.jsonl")), "drive.jsonl is given twice"),
+        ((log, "--anchor", "3,0"), "--anchor 3,0: give ID,X,Y,DEG, such as 3,0,0,90"),
+        ((log, "--anchor", "3.5,0,0,0"), "--anchor 3.5,0,0,0: 3.5 is no ID"),
+        ((log, "--place", "3,inf,0"), "--place 3,inf,0: give ID,X,Y or ID,X,Y,DEG"),
+        ((log, "--distance", "3,17"), "--distance 3,17: give ID,ID,MM"),
+        ((log, "--distance", "3,3,90"), "--distance 3,3,90: two markers"),
+    ):
+        assert cli.main(["map", "build", *words, "-o", out]) == 2
+        assert said in capsys.readouterr().err
+
+
+def test_what_goes_before_a_slip_at_the_end_of_a_drive_is_no_move():
+    """A single reading, and nothing behind it: one slip may have done it. Else two had to."""
+    way = Way(np.arange(0, 9001.0, 10), np.zeros(901), np.zeros(901))
+    graph = Graph(
+        noise=0.0005, places={0: (6000.0, 100.0, 0.0), 1: (3000.0, 0.0, 0.0), 2: (9000.0, 0.0, 0.0)}
+    )
+    graph.poses = {k: (3000.0 * k, 0.0, 0.0) for k in range(4)}
+    graph.legs = [(0, k, k + 1, leg) for k, leg in enumerate(way.legs(np.arange(0, 901, 300), np.zeros(6)))]
+    graph.readings = [Reading(k, place, (0.0, 0.0, 0.0)) for k, place in ((1, 1), (3, 2))]
+    one = Reading(2, 0, (0.0, -150.0, 0.0))
+    assert moves._surely(graph, one, graph.places[0], 250.0)
+    graph.legs.pop()
+    assert not moves._surely(graph, one, graph.places[0], 250.0)
+
+
 def _solved(tmp_path, monkeypatch, world, seed):
     """(Drive, Collected, the Graph of its map)."""
     kept = []

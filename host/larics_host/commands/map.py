@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 
+from larics.wire import messages as m
 from larics_host import files
 from larics_host.connection import camera_settings
 from larics_host.errors import UserError
@@ -98,22 +100,31 @@ def run(args: argparse.Namespace) -> int:
     return _ACTIONS[args.action](args)
 
 
-def _numbers(text, count, what):
+def _numbers(option, text, counts, what):
+    """The numbers of an option, the IDs in front whole; UserError that names it."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) != count or any(number != number for number in numbers):
-        raise UserError("%s is not %s" % (text, what))
+    if len(numbers) not in counts or not all(math.isfinite(number) for number in numbers):
+        raise UserError("%s %s: give %s, such as %s" % (option, text, *what))
     return numbers
 
 
+def _id(option, text, number):
+    if number != int(number) or not 0 <= number < m.ID_NONE:
+        raise UserError("%s %s: %g is no ID" % (option, text, number))
+    return int(number)
+
+
 def _distances(args):
-    found = [_numbers(text, 3, "ID,ID,MM") for text in args.distance]
-    for a, b, mm in found:
+    found = []
+    for text in args.distance:
+        a, b, mm = _numbers("--distance", text, (3,), ("ID,ID,MM", "3,17,12480"))
         if a == b or not mm > 0:
-            raise UserError("--distance %d,%d,%g: two markers, and a distance above 0" % (a, b, mm))
-    return [(int(a), int(b), mm) for a, b, mm in found]
+            raise UserError("--distance %s: two markers, and a distance above 0" % text)
+        found.append((_id("--distance", text, a), _id("--distance", text, b), mm))
+    return found
 
 
 def _route(args):
@@ -193,6 +204,7 @@ def _build(args):
     graph.needed()  # before the logs are read
     files.refuse_existing(args.output, args.force)
     request = _request(args)
+    _refuse_twice(args.logs)
     with measured(sum(files.size(path) for path in args.logs), "reading") as progress:
         collected = collect(args.logs, args.repeats, progress)
     with measured(1, "building") as progress:
@@ -225,16 +237,28 @@ def _build(args):
     return _tell(found + built.notes + problems(hall, float("inf")))
 
 
+def _refuse_twice(logs):
+    """What is said twice would count twice."""
+    seen = set()
+    for path in logs:
+        if os.path.realpath(path) in seen:
+            raise UserError("%s is given twice" % path)
+        seen.add(os.path.realpath(path))
+
+
 def _request(args):
     from larics_host.mapping.build import Request
 
     given = []
     for text in args.place:
-        numbers = _numbers(text, 4 if text.count(",") == 3 else 3, "ID,X,Y or ID,X,Y,HEADING")
-        given.append((int(numbers[0]), *numbers[1:3], numbers[3] if len(numbers) > 3 else None))
+        marker_id, x, y, *turned = _numbers("--place", text, (3, 4), ("ID,X,Y or ID,X,Y,DEG", "3,1500,0"))
+        given.append((_id("--place", text, marker_id), x, y, turned[0] if turned else None))
     if len(given) == 1 and not args.anchor:
         raise UserError("--place holds the map by two or more places: give one more, or --anchor alone")
-    anchor = tuple(_numbers(args.anchor, 4, "ID,X,Y,HEADING")) if args.anchor else None
+    anchor = None
+    if args.anchor is not None:
+        marker_id, *pose = _numbers("--anchor", args.anchor, (4,), ("ID,X,Y,DEG", "3,0,0,90"))
+        anchor = (_id("--anchor", args.anchor, marker_id), *pose)
     return Request(anchor, given, _distances(args))
 
 

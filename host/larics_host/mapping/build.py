@@ -92,13 +92,12 @@ def build(
     noise = _NOISE
     for attempt in range(_LAYOUTS):
         laid = layout(collected, noise)
+        if not laid.groups:
+            raise UserError("no marker was read in these logs: a map needs two or more")
         notes: list[str] = []
         main, untied = _tied(laid, request, notes)
         if len(main.poses) < 2:
-            raise UserError(
-                "no two markers were seen in one frame often enough, and no odometry ties them: drive so "
-                "that neighbours are in view together, let the vehicle send ODOMETRY, or give distances"
-            )
+            raise UserError(_untied(collected))
         done = (1 + 3 * attempt) / (4 * _LAYOUTS)
         progress(done)
         graph, passages = _graph(main, laid, collected, request, noise)
@@ -134,6 +133,15 @@ def build(
     built.aside = unread
     _tell_fit(built, graph)
     return built
+
+
+def _untied(collected):
+    """Why there is no map of two markers."""
+    ids = collected.ids()
+    if len(ids) == 1 and not collected.repeats:
+        return "marker %d is the only one that was read: a map needs two or more" % next(iter(ids))
+    text = "no two markers were seen in one frame often enough, and no odometry ties them: drive so that "
+    return text + "neighbours are in view together, let the vehicle send ODOMETRY, or give distances"
 
 
 def _tied(laid: Layout, request, notes):

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 
 _TOLERANCE_MM = 30.0
+_ALIGNED_DEG = 1.0  # by which few are off where all are meant to be 0, and few radians are
+_AROUND = 4.0  # radians
 
 
 def problems(
@@ -76,7 +78,11 @@ def _radians(hall):
 def doubts(hall: Map) -> list[str]:
     """What a map may be, but seldom is; for maps that were written by hand, one line each."""
     turned = _turned(hall)
-    if list(_radians(hall)) or not turned or max(turned) - min(turned) <= 3:
+    aligned = sum(abs((marker.heading_deg + 180) % 360 - 180) < _ALIGNED_DEG for marker in hall.markers)
+    if list(_radians(hall)) or not turned or 2 * aligned >= len(hall.markers):
+        return []
+    # markers that all hang alike, a few degrees off, are usual; radians go all around, counted in one way
+    if min(turned) < 0 and max(turned) > math.pi or max(turned) - min(turned) <= _AROUND:
         return []
     return ["all headings lie within %.4g to %.4g degrees: are they radians?" % (min(turned), max(turned))]
 

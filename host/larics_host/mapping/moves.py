@@ -17,7 +17,6 @@ from larics_host.mapping.association import GATE, READING_SIGMA
 from larics_host.mapping.graph import Graph, Reading
 from larics_host.mapping.links import Place
 from larics_host.mapping.poses import after, axes, between, wrapped
-from larics_host.mapping.wheels import TRACK_MM
 
 _ENOUGH = 2  # readings of a side
 _PLATE_MM = 450.0  # plates have no room nearer to each other
@@ -25,7 +24,7 @@ _ODD_SHARE = 0.15  # of its readings, or one of at least four, may not go with t
 _NEIGHBOUR = 2.0  # gates that a reading of another marker may be off: two slips in a row, not the move
 _NEAR = 2  # passages beside one, whose readings have to agree
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
-_SLIP_MM = 10.0  # of a wheel
+_SLIP_MM, _SLIP_MOST_MM = 10.0, 30.0  # of a wheel
 _AGREE_MM = 400.0  # readings of a side
 
 
@@ -177,25 +176,28 @@ def _surely(graph, one, other, mm):
         return False
     used = {reading.passage for reading in graph.readings if reading.used}
     legs = {a: (b, leg) for _, a, b, leg in graph.legs}
-    told = []
+    ways = []  # [(passage that is known, legs to it)]
     for step in (-1, 1):
-        known, covariance = one.passage, np.zeros((3, 3))
+        known, there = one.passage, []
         for _ in range(_NEAR):
             first = min(known, known + step)
             if first not in legs:
                 break
-            covariance = covariance + _slipping(legs[first][1], graph.noise)
+            there.append(legs[first][1])
             known += step
             if known in used:
-                told.append(_contradicts(graph, one, other, known, covariance))
+                ways.append((known, there))
                 break
-    return any(told)
+    slip_mm = _SLIP_MM if len(ways) > 1 else _SLIP_MOST_MM  # at the end of a drive, one slip is enough
+    return any(
+        _contradicts(graph, one, other, known, sum(_slipping(leg, graph.noise, slip_mm) for leg in there))
+        for known, there in ways
+    )
 
 
-def _slipping(leg, noise):
+def _slipping(leg, noise, slip_mm):
     """Covariance of a leg on which a wheel slipped once."""
-    wheels_mm = max(float(leg.by_noise[2, 2]) * TRACK_MM**2 / 2, 1.0)
-    return leg.covariance(noise + _SLIP_MM**2 / wheels_mm)
+    return leg.covariance(noise + slip_mm**2 / max(leg.way_mm, 1.0))
 
 
 def _contradicts(graph, one, other, known, covariance):
