@@ -220,7 +220,7 @@ def test_a_map_goes_to_a_real_firmware(tmp_path, capsys):
         (["build", "none.jsonl", "-o", "x.json"], "cannot read none.jsonl"),
         (["build", "lonely.jsonl", "-o", "x.json"], "no two markers were seen in one frame"),
         (["build", "raw.jsonl", "-o", "x.json"], "calibrate the camera first"),
-        (["build", "lonely.jsonl", "-o", "x.json", "--anchor", "1,2"], "1,2 is not ID,X,Y,HEADING"),
+        (["build", "lonely.jsonl", "-o", "x.json", "--anchor", "1,2"], "--anchor 1,2: give ID,X,Y,DEG"),
         (["build", "lonely.jsonl", "-o", "x.json", "--distance", "1,2,0"], "a distance above 0"),
         (["build", "lonely.jsonl", "-o", "x.json", "--distance", "1,9,50"], "marker 9: no place"),
         (["draw", "empty.json", "-o", "x.png"], "empty.json has no marker"),
