@@ -4,7 +4,8 @@ from array import array
 
 from larics.arith import fixed
 from larics.coded.cell_reader import PLAIN, UNKNOWN, CellReader
-from larics.kernels import cell_words
+from larics.kernels import cell_words, layouts
+from larics.kernels import cells as cells_kernels
 from larics.marker import golay
 from larics.marker.id_set import id_set
 
@@ -252,3 +253,20 @@ def test_the_limits_of_a_turn_that_the_code_alone_tells():
 
 def test_a_line_that_is_not_seen_weighs_half_as_much_as_one_that_is():
     assert [weight - BIAS for weight in reader()._lines_of[5][:3]] == [64, -32, 64]
+
+
+def test_shapes_that_no_camera_under_a_ceiling_sees():
+    """A quarter of ellipse, or of perspective, along each axis."""
+    place = array("i", [0] * layouts.PLACE_ITEMS)
+    for item, least, most in (
+        (layouts.FIT_BULGE_COS, -4096, 4096),
+        (layouts.FIT_BULGE_SIN, -4096, 4096),
+        (layouts.FIT_X_Q10, -2958, 2959),  # 13/18 of it, rounded down
+        (layouts.FIT_Y_Q10, -2958, 2959),
+    ):
+        for bent, expected in ((least, 1), (least - 1, 0), (most, 1), (most + 1, 0), (0, 1)):
+            fit = array("i", [BIAS] * layouts.FIT_ITEMS)
+            fit[layouts.FIT_RADIUS_Q8], fit[layouts.FIT_AREA] = 4096, 400
+            fit[item] += bent
+            found = cells_kernels.direct_place(fit, 0, 0, fixed.COSINE, 0, place)
+            assert found == expected, (item, bent)

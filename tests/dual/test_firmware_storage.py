@@ -161,6 +161,34 @@ def test_a_full_flash_keeps_what_was():
         assert "settings.json.new" not in flash.files
 
 
+class Worn(Flash):
+    """Takes what is written, and holds something else."""
+
+    def open(self, path, mode):
+        file = super().open(path, mode)
+        if mode == "rb" and path.endswith(".new"):
+            self.files[path] = self.files[path][:-9] + b"0" + self.files[path][-8:]
+        return file
+
+
+def test_what_the_flash_does_not_hold_is_not_taken_into_use():
+    flash = Worn()
+    flash.files = dict(saved("first", "second").files)
+    try:
+        store(flash).save("third")
+        raise AssertionError("no error")
+    except OSError:
+        pass
+    assert store(flash).load() == ("second", GOOD) and "settings.json.new" not in flash.files
+
+
+def test_a_file_that_is_not_whole_is_not_missing():
+    for name in ("settings.json", "settings.json.new", "settings.json.old"):
+        flash = Flash()
+        flash.files[name] = b"\n#crc"  # shorter than the line of a CRC, too
+        assert store(flash).load() == (None, CORRUPT), name
+
+
 def test_damage_is_found():
     flash = saved("first", "second")
     flash.files["settings.json"] = b"{"

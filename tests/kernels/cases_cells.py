@@ -44,8 +44,8 @@ def direct_place(random):
 
 
 def hidden_cells(random):
-    for angle in (0, 12345, 65535):
-        for share in (0, 100, 200, 300):
+    for angle in (0, 7641, 12345, 65535):
+        for share in (0, 0, 0, 0, 100, 200, 300):
             means = ints(32, random, 0, 300)
             for sector in range(16):
                 means[16 + sector] = random.between(share, 300) * random.below(2)
