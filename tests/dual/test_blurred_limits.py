@@ -46,6 +46,9 @@ def test_scores_of_candidates():
     assert looked_at((4300, 5200), 2304) == (1, 2)
     assert looked_at((8999, 9500)) == (1, 2)
     assert looked_at((9000, 9500)) == (0, 1)  # good enough
+    for score, least_q8, clear in ((5199, 2304, False), (7199, 2304, True), (4299, 2303, False)):
+        assert looked_at((score,), least_q8, clear) == (-1, 1), score
+        assert looked_at((score + 1,), least_q8, clear) == (0, 1), score
 
 
 def test_rings_without_a_line_are_none():
