@@ -223,7 +223,7 @@ def test_the_picture_of_a_mirrored_sensor_shows_the_ids_that_the_camera_sends(tm
         wait_until(lambda: session.state.markers)
         assert json.loads(request(server, "/events").readline().removeprefix(b"data: "))["raw"]["ids"] == []
         assert session.fetch_raw()
-        wait_until(lambda: session.raw.version, limit_s=180)  # the kernels may have to be compiled
+        wait_until(lambda: session.raw.version)  # the kernels may have to be compiled
         with session.lock:
             assert session.raw.error is None and session.raw.ids == [4]
             assert {marker["id"] for marker in session.state.markers} == {4}

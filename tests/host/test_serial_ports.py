@@ -21,6 +21,7 @@ from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.serial_ports import Identity, find_again, identity_of
 from larics_host.errors import UserError
 from tests.host.test_log import larics, marker_values, rows, wait_for_lines, wire, write_all
+from tests.host.waiting import PATIENCE_S
 
 COMMANDS = (
     ["log", "--port", "{port}", "-o", "{folder}/second"],
@@ -51,7 +52,7 @@ def taken(tmp_path_factory):
         write_all(cable.device_a, wire(*[(m.MARKER, marker_values(k)) for k in range(3, 9)]))
         wait_for_lines(folder / "run.csv", 10)
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=20)
+        process.communicate(timeout=PATIENCE_S)
     # nobody took anything of what came
     assert [row["frame"] for row in rows(folder / "run.csv")] == [str(k) for k in range(9)]
 
