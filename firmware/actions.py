@@ -59,7 +59,20 @@ class Actions:
         return self._parts.sensor.detector is not None
 
     def save(self):
-        return self._keeper is not None and self._keeper.save(self._settings)
+        """False when the settings could not be kept. Where a whole detector leaves no piece of memory that is
+        long enough, it is given up meanwhile."""
+        if self._keeper is None:
+            return False
+        try:
+            return self._keeper.save(self._settings)
+        except MemoryError:
+            return self._parts.without_detector(self._save)
+
+    def _save(self):
+        try:
+            return self._keeper.save(self._settings)
+        except MemoryError:
+            return False
 
     def raw_frame(self):
         camera = self._watch.camera

@@ -121,6 +121,18 @@ class Parts:
             gc.collect()
         self.rebuild(parts & ~DETECTOR)  # what comes after the detector
 
+    def without_detector(self, call):
+        """What `call` returns, done while there is no detector but for its longest buffers, which would not
+        find their place again; it is made anew after that."""
+        self.sensor.detector = None
+        gc.collect()
+        result = call()
+        gc.collect()
+        self.restore(DETECTOR)
+        if self._reduced:  # what was left of `call` is gone by now
+            self.rebuild(DETECTOR, leaves_reserve=False)
+        return result
+
     def _rebuild_detector(self, leaves_reserve):
         """A detector, if need be with the usual radii. Its buffers are the largest there are: on a small heap
         there is no room for them beside those of the one before, which is given up first."""

@@ -36,9 +36,10 @@ def leave(free_bytes):
 
 
 class Program:
-    def __init__(self, settings=None):
+    def __init__(self, settings=None, **options):
         self.clock, self.uart = Clock(step_us=50), Uart(collect=True)
-        self.app = make_app(PICTURES, self.uart, dict(USUAL, **(settings or {})), clock=self.clock)
+        values = dict(USUAL, **(settings or {}))
+        self.app = make_app(PICTURES, self.uart, values, clock=self.clock, **options)
         self.token = 0
 
     def run(self, ms):
@@ -148,6 +149,36 @@ def test_without_memory_for_fine_grids_it_goes_on_without_small_rings():
     app.parts.sensor.rebuild = real
     assert program.set("margin_min", 20) == (m.ACK, 0) and not app.faults.active
     assert app.parts.sensor.detector._detector._scales[0].radius_min_q8 == 10 << 8
+
+
+def test_settings_are_kept_where_a_detector_leaves_no_memory_for_their_text():
+    class Tight:
+        """Of the settings' file only a part fits beside a detector; nothing does when `full`."""
+
+        full = False
+        saved = 0
+
+        def save(self, settings):
+            if self.full or program.app.parts.sensor.detector is not None:
+                raise MemoryError
+            self.saved += 1
+            return True
+
+    keeper = Tight()
+    program = Program(keeper=keeper)
+    program.run(300)
+    app = program.app
+    for keeper.full in (False, True):
+        program.collected()
+        encoder = protocol.Encoder()
+        size = encoder.encode(m.SAVE_SETTINGS, message_values(m.SAVE_SETTINGS, token=8 + keeper.full))
+        program.uart.incoming += bytes(encoder.buffer[:size])
+        before = program.frames()
+        program.run(500)
+        kinds = [kind for kind, _ in program.collected()]
+        assert (m.NACK if keeper.full else m.ACK) in kinds
+        assert app.parts.sensor.detector is not None and program.frames() > before + 20
+        assert not app.faults.active and keeper.saved == 1
 
 
 def test_when_the_heap_is_too_cut_up_for_any_detector_the_board_restarts():
