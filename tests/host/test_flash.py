@@ -155,13 +155,16 @@ def test_a_small_heap_gets_the_small_build(tmp_path, monkeypatch, capsys):
             assert "KB: compiling the small-heap build" in said
             (names,) = (tmp_path / "larics" / "programs").iterdir()
             assert "names for larics traceback: %s\n" % names in said
-            assert flash(made, program, monkeypatch, "--small-heap", "no", "--dry-run") == 0
-            assert "small-heap" not in capsys.readouterr().out
             broken = tiny_program(
-                tmp_path, "broken", "import larics\n\nclass Wheel:\n    pass\n\n\nWheel().turn()\n"
+                tmp_path,
+                "broken",
+                "import time\nimport larics\n\n"
+                "class Wheel:\n    pass\n\n\ntime.sleep_ms(500)\nWheel().turn()\n",
             )
             assert flash(made, broken, monkeypatch) == 2
             assert "AttributeError: 'Wheel' object has no attribute 'turn'" in capsys.readouterr().err
+            assert flash(made, program, monkeypatch, "--small-heap", "no", "--dry-run") == 0
+            assert "small-heap" not in capsys.readouterr().out
         finally:
             made.close()
 
