@@ -232,6 +232,12 @@ def test_without_a_compiler_the_kernels_stay_as_they_are(faulty, monkeypatch):
         machine_code.compiler("xtensawin")
     monkeypatch.setenv("PATH", "")
     assert small_heap.compile_small(faulty, "armv7emsp", True).lacks == "arm-none-eabi-gcc is not installed"
+    broken = faulty / "arm-none-eabi-gcc"
+    broken.write_text("#!/bin/sh\necho cannot find crt0.o; exit 1\n")
+    broken.chmod(0o755)
+    monkeypatch.setenv("PATH", str(faulty))
+    lacks = small_heap.compile_small(faulty, "armv7emsp", True).lacks
+    assert lacks == "arm-none-eabi-gcc fails: cannot find crt0.o"
 
 
 def test_compiled_files_are_written_as_they_were_read(usual):

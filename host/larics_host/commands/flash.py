@@ -85,8 +85,8 @@ def run(args: argparse.Namespace) -> int:
             print("installed; the program starts at the next reset")
             return 0
         device = identity_of(port)
-        session.reset()
-    return _wait_for_start(port, device, args.wire, board, plan, names)
+        console = session.reset()
+    return _wait_for_start(console, port, device, args.wire, board, plan, names)
 
 
 def _program(root, march, heap_bytes, args):
@@ -136,14 +136,14 @@ def _progress(done, total, name):
         print(text.rstrip())
 
 
-def _wait_for_start(port, device, wire, board, plan, names):
+def _wait_for_start(console, port, device, wire, board, plan, names):
     """Waits for the program's own line on the console and, when asked, its message on the UART."""
     from larics import __version__
     from larics_host.flash.tracebacks import translate
 
     print("restarting")
     wanted = "larics %s runs on %s" % (__version__, board.name)
-    text, back = _read_until(port, device, wanted.encode(), _BANNER_S)
+    text, back = _read_until(console, port, device, wanted.encode(), _BANNER_S)
     if names:
         text = translate(text, names)
     failed = "the program in %s cannot be loaded" % plan.folder
@@ -180,15 +180,17 @@ def _why_not_started(text, back, port, device, wanted, failed, plan):
     )
 
 
-def _read_until(port, device, wanted, limit_s):
-    """(what the board says until `wanted` comes, as text; whether its port was there). The port may go away
-    and come back, under another name, too."""
+def _read_until(link, port, device, wanted, limit_s):
+    """(what the board says until `wanted` comes, as text; whether its port is there). link: the open port, or
+    None. The port may go away and come back, under another name, too."""
     import serial
 
     from larics_host.connection.serial_ports import find_again, open_port
 
     end_s = time.monotonic() + limit_s
-    data, link, back = b"", None, False
+    data, back = b"", False
+    if link is not None:
+        link.timeout = 0.2
     while time.monotonic() < end_s and wanted not in data:
         try:
             if link is None:
@@ -198,7 +200,7 @@ def _read_until(port, device, wanted, limit_s):
         except (serial.SerialException, OSError, UserError):
             if link is not None:
                 link.close()
-            link = None
+            link, back = None, False
             time.sleep(0.2)
     if link is not None:
         link.close()

@@ -35,7 +35,7 @@ SECTIONS {
 
 
 class NoCompiler(Exception):
-    """There is no C compiler for an architecture; the text names it."""
+    """There is no C compiler for an architecture, or it does not do its work; the text names it."""
 
 
 def compiler(march: str) -> Sequence[str]:
@@ -72,7 +72,8 @@ def _compiled(text, count, march):
         options = [*compiler(march), *_OPTIONS, "-Wl,-T,%s,--build-id=none" % layout, "-o", target, source]
         result = subprocess.run(options, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         if result.returncode:
-            raise viper_to_c.Untranslatable(result.stdout.strip())
+            said = result.stdout.strip().splitlines() or ["exit code %d" % result.returncode]
+            raise NoCompiler("%s fails: %s" % (options[0], said[-1]))
         sections = _sections(target.read_bytes())
     return [sections[".code%d" % number] for number in range(count)]
 

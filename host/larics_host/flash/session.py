@@ -219,12 +219,13 @@ class Session:
         """On the board; there must be no target."""
         self.run("import os\nos.rename(%r, %r)" % (source, target))
 
-    def reset(self) -> None:
-        """Restarts the board; the session ends."""
+    def reset(self) -> Any:
+        """Restarts the board; the session ends. Returns its port (pyserial), still open, so that nothing of
+        what the board says first is lost where the port does not go away; None when there is none."""
         with contextlib.suppress(*_TROUBLE):
             self._link.exec_raw_no_follow("import machine\nmachine.reset()")
-        time.sleep(0.1)
-        self.close()
+        link, self._link = self._link, None
+        return link and link.serial
 
 
 def _last_line(error):

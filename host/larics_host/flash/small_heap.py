@@ -43,11 +43,14 @@ def compile_small(
 ) -> SmallProgram:
     """in_place: whether its files are read where they lie, in ROMFS; also: as in build.program; keep: names
     that are called from outside. Raises UserError with what the compiler of MicroPython says."""
-    numbers, lacks = {("parts", "_WITH_SECOND_OPINION"): _WITH_SECOND_OPINION[in_place]}, ""
     try:
-        machine_code.compiler(march)
+        return _compiled(root, march, in_place, also, keep, "")
     except machine_code.NoCompiler as error:
-        numbers, lacks = {}, str(error)
+        return _compiled(root, march, in_place, also, keep, str(error))
+
+
+def _compiled(root, march, in_place, also, keep, lacks):
+    numbers = {} if lacks else {("parts", "_WITH_SECOND_OPINION"): _WITH_SECOND_OPINION[in_place]}
     texts = {name: _NATIVE.sub("", text) for name, text in build.texts(root, also, numbers).items()}
     files = build.compile_texts(texts, march, () if in_place else _NO_LINES)
     read = {name: mpy_file.MpyFile(data) for name, data in files}
