@@ -1,6 +1,5 @@
 """Every tutorial, run as it stands in an empty folder: its blocks of `sh` and `python`, in order."""
 
-import fcntl
 import os
 import re
 import shlex
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.host.made_once import made_once
 from tests.host.test_dual import ROOT
 
 FOLDER = ROOT / "docs" / "tutorials"
@@ -37,17 +37,12 @@ def environment(home):
 
 @pytest.fixture(scope="session")
 def tour(tmp_path_factory):
-    """What RENDER leaves, made once for all processes of the tests: most tutorials begin with it."""
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
-    with open(folder / "tour.lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (folder / "whole" / "tour").exists():
-            (folder / "part").mkdir()
-            subprocess.run(RENDER.split(), cwd=folder / "part", env=environment(folder), check=True)
-            (folder / "part").rename(folder / "whole")
-    return folder / "whole" / "tour"
+    """What RENDER leaves: most tutorials begin with it."""
+
+    def render(folder):
+        subprocess.run(RENDER.split(), cwd=folder, env=environment(folder), check=True)
+
+    return made_once(tmp_path_factory, "tour", render) / "tour"
 
 
 def script_of(page):

@@ -9,6 +9,7 @@ import pytest
 
 from larics import __version__
 from larics_host.connection.pty_pair import PtyPair
+from tests.host.made_once import made_once
 from tests.host.test_dual import ROOT
 from tests.host.test_flash import Board
 
@@ -18,12 +19,14 @@ FRAME = ROOT / "tests/frames/sunny_r30_1000_0.pgm"
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
     """The folder into which the wheel was installed."""
-    folder = tmp_path_factory.mktemp("wheel")
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "-q"]
-    build = [*pip, "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(ROOT)]
-    subprocess.run(build, check=True, capture_output=True)
-    (wheel,) = folder.glob("*.whl")
-    target = folder / "site"
+
+    def build(folder):  # in the source tree, where two at a time are in each other's way
+        command = [*pip, "wheel", "--no-deps", "--no-build-isolation", "-w", str(folder), str(ROOT)]
+        subprocess.run(command, check=True, capture_output=True)
+
+    (wheel,) = made_once(tmp_path_factory, "wheel", build).glob("*.whl")
+    target = tmp_path_factory.mktemp("wheel") / "site"
     subprocess.run([*pip, "install", "--no-deps", "--target", str(target), str(wheel)], check=True)
     return target
 
