@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -171,10 +172,11 @@ def test_the_log_of_a_real_firmware_comes_again_byte_for_byte(tmp_path):
         wait_for_lines(tmp_path / "run.csv", 60)
         logging.send_signal(signal.SIGINT)
         said, _ = logging.communicate(timeout=PATIENCE_S)
-    assert logging.returncode == 0 and "0 lost, 0 damaged" in said
+    # a line that is opened while a camera speaks may begin with the rests of two messages
+    assert logging.returncode == 0 and re.search(r" 0 lost, [01] damaged", said), said
     raw = (tmp_path / "run.bin").read_bytes()
     assert replayed(tmp_path / "run.bin", "--stdout", "--fast").stdout == raw
-    # the same from the JSON lines, but for what was cut off at both ends
+    # the same from the JSON lines, but for what was cut off at both ends: between them nothing is damaged
     again = replayed(tmp_path / "run.jsonl", "--stdout", "--fast").stdout
     assert len(again) > 3000 and again in raw
 
