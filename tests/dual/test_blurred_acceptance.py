@@ -34,6 +34,7 @@ class Lines:
     """Flawless lines that tell the ID 5."""
 
     def __init__(self):
+        self.blur = Blur()
         self.depth = self.near = self.far = 256
         self.residual = self.beyond = self.noise = self.common = 0
         self.amounts = [0] * 8
@@ -238,6 +239,20 @@ def test_cells_tell_more_than_lines_or_take_their_belief():
     assert lines_verdict(lines, cells=Cells(21))[0] == verdicts.ID_UNCERTAIN  # not allowed
     judge = acceptance(91, (5, 21))
     assert lines_verdict(lines, judge=judge, cells=Cells(21, 90))[0] == verdicts.ID_UNCERTAIN
+
+
+def test_cells_that_motion_washes_out_look_like_none():
+    lines = Lines()
+    for still, told, margin, expected in (
+        (1, PLAIN, 119, 5),
+        (0, PLAIN, 120, 5),
+        (0, PLAIN, 119, -1),
+        (0, 21, 119, 21),
+    ):
+        lines.blur.still = still
+        found = lines_verdict(lines, judge=acceptance(ids=(5, 21)), cells=Cells(told, margin))
+        assert found[1] == expected, (still, told, margin)
+        assert (found[0] == verdicts.ACCEPTED) == (expected > 0)
 
 
 def with_glare(left, right, top, bottom, grey=255):
