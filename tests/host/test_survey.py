@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from larics_host import cli
-from larics_host.mapping import build, moves
+from larics_host.mapping import build, moves, slips
 from larics_host.mapping.collect import collect
 from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
 from larics_host.mapping.links import Place
@@ -236,6 +236,38 @@ def test_a_slip_is_found_on_its_leg(tmp_path, monkeypatch):
     assert graph.slipped[leg] > 0.9 and sum(graph.slipped.values()) < 2
     assert graph.leg_noise(leg) > 10 * graph.noise and graph.noise < 0.0012 < graph.loudness()
     assert all(reading.used for reading in graph.readings)
+
+
+def test_a_legs_likelihood_is_of_what_all_others_say_of_it():
+    """However large its own covariance was in the solution."""
+    rest, within, other = (np.diag(sigmas) ** 2 for sigmas in ((9, 5, 0.02), (4, 8, 0.01), (1, 3, 0.004)))
+    rest[0, 1] = rest[1, 0] = 20.0
+    off = np.array([12.0, -7.0, 0.03])
+    left = np.linalg.inv(np.linalg.inv(rest) + np.linalg.inv(within))
+    alone = slips._alone(within @ np.linalg.solve(rest + within, off), within, left)
+    scores = []
+    for own in (within, other):
+        told = alone.under(own)
+        settled = own @ np.linalg.solve(rest + own, off)
+        left = np.linalg.inv(np.linalg.inv(rest) + np.linalg.inv(own))
+        assert told.squares == pytest.approx(settled @ np.linalg.solve(own, settled))
+        assert told.freedom == pytest.approx(3 - np.trace(np.linalg.solve(own, left)))
+        square, size = off @ np.linalg.solve(rest + own, off), np.linalg.slogdet(rest + own)[1]
+        scores.append((told.score, -0.5 * (square + size)))
+    assert scores[0][0] - scores[1][0] == pytest.approx(scores[0][1] - scores[1][1])
+
+
+def test_standard_errors_count_the_slips_that_may_have_been(tmp_path, monkeypatch):
+    one, collected, graph = _solved(tmp_path, monkeypatch, World(markers=9, length_m=60.0, wrong=0.0), 5010)
+    assert all(graph.expected[a] > graph.leg_noise(a) for _, a, _, _ in graph.legs)
+    built = build.build(collected, build.Request(distances=[taped(one, np.random.default_rng(5010))]))
+    numbers = list(built.poses)
+    covariance = build._free(
+        graph.place_covariance(graph.marginals(), numbers), [graph.places[k] for k in numbers]
+    )
+    sure = np.sqrt(np.diag(covariance).reshape(-1, 3)[:, :2].max(axis=1))
+    told = np.array([built.sigmas(number).place_mm for number in numbers])
+    assert (told > 1.005 * sure).all() and (told < 3 * sure).all()
 
 
 def test_the_map_file_has_the_standard_errors(tmp_path):

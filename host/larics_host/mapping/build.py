@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -111,7 +111,8 @@ def build(
     progress(0.95)
     former = {move.former for move in moves}
     numbers = [number for number in graph.places if number not in former]
-    covariance = graph.place_covariance(graph.marginals(), numbers)
+    doubtful = replace(graph, noises=graph.expected)  # a leg on which a wheel may have slipped is less known
+    covariance = graph.place_covariance(doubtful.marginals(), numbers)
     if request.anchor is None and not request.given:
         covariance = _free(covariance, [graph.places[number] for number in numbers])
     if not graph.distances and len(graph.given) + (request.anchor is not None) < 2:

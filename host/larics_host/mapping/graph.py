@@ -86,6 +86,7 @@ class Graph:
     anchor     the place that stays where it is, or None
     noise      of wheels that do not slip, see wheels
     noises     {passage: noise of the leg that begins there}, where it is another
+    expected   the same on average over what may have been on it, slips or none
     slipped    {passage: how likely a wheel slipped on the leg that begins there}
     link_noise variance of links against LINK_SIGMA's
     """
@@ -101,6 +102,7 @@ class Graph:
     anchor: int | None = None
     noise: float = 0.001
     noises: dict = field(default_factory=dict)
+    expected: dict = field(default_factory=dict)
     slipped: dict = field(default_factory=dict)
     link_noise: float = 1.0
 

@@ -3,7 +3,8 @@
 A slip is a way of one wheel that the other did not go and the encoders did not see. It adds to the noise of
 its leg as much as its square, wherever on the leg it was. Whether there was one, and how large, is told by
 all else: what a leg is off by, as the others and the readings have it without that leg, is likely under one
-size or another. A leg counts as much as what is likely makes it.
+size or another. A leg counts as much as what is likely makes it; what is known in the end, it carries as that
+is on average, since where nothing tells of a slip there may have been one.
 """
 
 from __future__ import annotations
@@ -41,33 +42,54 @@ def weigh(graph: Graph, marginals: Covariance) -> Weighed:
     offs, spreads = graph.leg_spreads(marginals)
     for (_, a, _, leg), off, spread in zip(graph.legs, offs, spreads, strict=True):
         before = graph.leg_noise(a)
-        within = leg.covariance(before)
         noises = graph.noise + _SIZES_MM**2 / max(leg.way_mm, 1.0)
         some = 1 - math.exp(-rate * leg.way_mm / 1000)
         likely = np.array([1 - some, *(some * _OF_SIZE)])
-        likely = likely * _likelihoods(off, within, spread, [leg.covariance(noise) for noise in noises])
+        alone = _alone(off, leg.covariance(before), spread)
+        told = [alone.under(leg.covariance(noise)) for noise in noises]
+        scores = np.log(likely) + [one.score for one in told]
+        likely = np.exp(scores - scores.max())
         likely /= likely.sum()
         graph.slipped[a] = 1 - float(likely[0])
         graph.noises[a] = math.exp(float(likely @ np.log(noises)))  # where it is not certain, in between
+        graph.expected[a] = float(likely @ noises)
         changed += abs(math.log(graph.noises[a] / before)) > _CHANGED
-        squares += likely[0] * float(off @ np.linalg.solve(within, off))
-        freedom += likely[0] * (3 - float(np.trace(np.linalg.solve(within, spread))))
+        squares += likely[0] * told[0].squares
+        freedom += likely[0] * told[0].freedom
     return Weighed(changed > _FEW * len(graph.legs), squares, freedom)
 
 
-def _likelihoods(off, within, spread, others):
-    """How likely a leg is, up to a factor, with each of other covariances than that within which it
-    counted: by what all but the leg itself says. off, spread: what is left of it where it counts, and the
-    covariance of that."""
-    root = np.linalg.cholesky(within)
-    back = np.linalg.inv(root)
+class _Told(NamedTuple):
+    """Of a leg with some covariance: log likelihood, up to a summand; the squares that it would be off by as
+    it is settled with the others, and the degrees of freedom of these."""
+
+    score: float
+    squares: float
+    freedom: float
+
+
+class _Alone(NamedTuple):
+    """What a leg is off by as all others and the readings have it without that leg, and the covariance of
+    that, both in axes in which the latter is diagonal; into: turns into these."""
+
+    off: np.ndarray
+    rest: np.ndarray
+    into: np.ndarray
+
+    def under(self, within: np.ndarray) -> _Told:
+        own = self.into @ within @ self.into.T
+        covariance = np.diag(self.rest) + own
+        weighed = np.linalg.solve(covariance, self.off)
+        score = -0.5 * (float(self.off @ weighed) + np.linalg.slogdet(covariance)[1])
+        freedom = np.trace(np.linalg.solve(covariance, own))
+        return _Told(score, float(weighed @ own @ weighed), float(freedom))
+
+
+def _alone(off, within, spread):
+    """An _Alone of what is left of a leg where it counts with the covariance within, and the covariance of
+    that."""
+    back = np.linalg.inv(np.linalg.cholesky(within))
     shares, sides = np.linalg.eigh(back @ spread @ back.T)
     shares = np.clip(shares, 0.0, _BOUND)
-    alone = sides.T @ back @ off / (1 - shares)
-    rest = np.diag(shares / (1 - shares))
-    found = []
-    for other in others:
-        covariance = rest + sides.T @ back @ other @ back.T @ sides
-        square = alone @ np.linalg.solve(covariance, alone)
-        found.append(-0.5 * (square + np.linalg.slogdet(covariance)[1]))
-    return np.exp(np.array(found) - max(found))
+    into = sides.T @ back
+    return _Alone(into @ off / (1 - shares), shares / (1 - shares), into)
