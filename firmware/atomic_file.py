@@ -8,6 +8,7 @@ import os
 from binascii import crc32
 
 _CRC_LINE = 15  # "\n#crc " + 8 hex digits + "\n"
+_PIECE = 256  # bytes that are read at once, where there may be no memory for the whole text
 
 MISSING = 0
 GOOD = 1
@@ -18,7 +19,11 @@ CORRUPT = 3  # there are files and none is whole
 def seal(text):
     """The bytes of a file with this text (str): the text and a line with its CRC."""
     data = text.encode()
-    return data + b"\n#crc %08x\n" % (crc32(data) & 0xFFFFFFFF)
+    return data + _crc_line(crc32(data))
+
+
+def _crc_line(crc):
+    return b"\n#crc %08x\n" % (crc & 0xFFFFFFFF)
 
 
 def unseal(data):
@@ -32,7 +37,7 @@ def unseal(data):
     if end < 0:
         return None
     text = data[:end]
-    if data[end:] != b"\n#crc %08x\n" % (crc32(text) & 0xFFFFFFFF):
+    if data[end:] != _crc_line(crc32(text)):
         return None
     return text.decode()
 
@@ -67,33 +72,54 @@ class AtomicFile:
                 return text, GOOD if path == self._path else RESTORED
         return None, CORRUPT if any_file else MISSING
 
-    def save(self, text):
-        """Raises OSError when the flash is full, read-only or does not hold what was written; the text
-        in use is then the one before."""
+    def save(self, texts):
+        """Writes what these texts are one after the other. Raises OSError when the flash is full, read-only
+        or does not hold what was written; the text in use is then the one before."""
         self._recover()
-        data = seal(text)
+        crc = 0
         try:
             with self._open(self._new, "wb") as file:
-                file.write(data)
-            with self._open(self._new, "rb") as file:
-                if file.read() != data:
-                    raise OSError("the file read back differs")
+                for text in texts:
+                    data = text.encode()
+                    crc = crc32(data, crc)
+                    file.write(data)
+                file.write(_crc_line(crc))
+            if self._seal(self._new) != _crc_line(crc):
+                raise OSError("the file read back differs")
         except OSError:
             self._remove(self._new)
             raise
-        if self._read(self._path)[0]:
+        if self._seal(self._path) is not None:
             self._remove(self._old)
             self._files.rename(self._path, self._old)
         self._files.rename(self._new, self._path)
 
+    def _seal(self, path):
+        """The line with the CRC that a file ends with; empty when it is another, None without the file."""
+        crc, rest = 0, b""
+        try:
+            with self._open(path, "rb") as file:
+                while True:
+                    data = file.read(_PIECE)
+                    if not data:
+                        break
+                    rest += data
+                    crc = crc32(rest[:-_CRC_LINE], crc)
+                    rest = rest[-_CRC_LINE:]
+        except OSError:
+            return None
+        return rest if rest == _crc_line(crc) else b""
+
+    def _is_whole(self, path):
+        return bool(self._seal(path)) or self._read(path)[1] is not None  # written by hand
+
     def _recover(self):
         """Puts a whole file into use again before .new is overwritten."""
-        exists, text = self._read(self._path)
-        if text is not None:
+        if self._is_whole(self._path):
             return
         for path in (self._new, self._old):
-            if self._read(path)[1] is not None:
-                if exists:
+            if self._is_whole(path):
+                if self._seal(self._path) is not None:
                     self._remove(self._path)
                 self._files.rename(path, self._path)
                 return

@@ -4,7 +4,25 @@ import json
 
 from atomic_file import CORRUPT, MISSING, RESTORED
 from larics.settings import VERSION, Settings, load
+from larics.settings.fields import FIELDS
 from larics.wire import messages as m
+
+
+def texts(settings):
+    """The JSON text of all settings, in pieces short enough for the smallest heaps."""
+    yield "{"
+    for entry in FIELDS:
+        yield '"%s": ' % entry.name
+        value = getattr(settings, entry.name)
+        if isinstance(value, list):
+            yield "["
+            for index in range(len(value)):
+                yield (", " if index else "") + json.dumps(value[index])
+            yield "]"
+        else:
+            yield json.dumps(value)
+        yield ", "
+    yield '"version": %d}' % VERSION
 
 
 class SettingsStore:
@@ -43,7 +61,7 @@ class SettingsStore:
         """Writes them; False when the flash did not take them, and the old ones are kept."""
         faults = self._faults
         try:
-            self._store.save(json.dumps(settings.as_dict()))
+            self._store.save(texts(settings))
         except OSError:
             faults.begin(m.FAULT_STORAGE)
             return False

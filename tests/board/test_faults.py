@@ -1,8 +1,10 @@
 """Each fault injected into the whole program: counted, reported with its code, and recovered from."""
 
+import json
+
 from board_parts import Clock, Uart, make_app, marker, plain
 
-from atomic_file import AtomicFile, seal
+from atomic_file import AtomicFile, seal, unseal
 from cameras import CameraError
 from faults import Faults
 from larics.settings import VERSION, Settings
@@ -492,6 +494,7 @@ class Files:
     def __init__(self):
         self.data = {}
         self.full = False
+        self.longest = 0  # piece read or written
 
     def open(self, path, mode):
         if mode == "rb" and path not in self.data:
@@ -513,7 +516,7 @@ class Files:
 
 class File:
     def __init__(self, files, path):
-        self.files, self.path = files, path
+        self.files, self.path, self.at = files, path, 0
 
     def __enter__(self):
         return self
@@ -521,11 +524,14 @@ class File:
     def __exit__(self, *_):
         pass
 
-    def read(self):
-        return self.files.data[self.path]
+    def read(self, count=1 << 20):
+        self.at += count
+        self.files.longest = max(self.files.longest, count)
+        return self.files.data[self.path][self.at - count : self.at]
 
     def write(self, data):
-        self.files.data[self.path] = bytes(data)
+        self.files.longest = max(self.files.longest, len(data))
+        self.files.data[self.path] += bytes(data)
 
 
 def kept(files):
@@ -543,6 +549,16 @@ def test_settings_missing_saved_and_found_again():
     keeper, faults = kept(files)
     again = keeper.load()
     assert again.as_dict() == settings.as_dict() and faults.total == 0
+
+
+def test_settings_are_saved_in_short_pieces():
+    files = Files()
+    keeper, _ = kept(files)
+    settings = Settings({"map": [[k, 0, 20000 * k, 0, 0, 0] for k in range(1, 8)], "route": [1, 2, 3]})
+    for _ in range(3):
+        assert keeper.save(settings)
+    assert files.longest == 256 and len(files.data["s.json"]) > 2000
+    assert json.loads(unseal(files.data["s.json"])) == settings.as_dict()
 
 
 def test_settings_corrupt_from_another_version_and_out_of_range():
