@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from larics_host import cli
-from larics_host.mapping import build, moves, slips
+from larics_host.mapping import build, layout, moves, slips
+from larics_host.mapping.association import Found
 from larics_host.mapping.collect import collect
 from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
 from larics_host.mapping.links import Place
@@ -69,6 +70,55 @@ def test_given_places_hold_the_map(tmp_path, capsys):
         assert off.max() < 30 and off.max() < 4 * marker.sigma_mm and 0 < marker.sigma_deg < 1
     assert cli.main([*build, str(tmp_path / "b.json"), *words[:2]]) == 2
     assert "give one more" in capsys.readouterr().err
+
+
+def test_what_is_given_is_judged_by_the_drives(tmp_path, capsys):
+    """A digit too few, the wrong ID, a tape read wrong: told with what the drives say."""
+    one = drive(World(markers=9, length_m=70.0, moved=False, wrong=0.0), 5011)
+    log = write_log(tmp_path / "drive.bin", one)
+    first, second, mm = taped(one, np.random.default_rng(5011))
+
+    def told(*words):
+        out = tmp_path / "a.json"
+        out.unlink(missing_ok=True)
+        code = cli.main(["map", "build", str(log), "-o", str(out), *words])
+        text = capsys.readouterr()
+        assert out.exists() == (code < 2) and "Traceback" not in text.err
+        return code, text.out + text.err
+
+    names = "markers %d and %d are" % (first, second)
+    assert told("--distance", "%d,%d,%.1f" % (first, second, mm))[0] == 0
+    code, text = told("--distance", "%d,%d,%.1f" % (first, second, mm / 10))
+    assert code == 2 and names in text and "some %.1f m by the logs" % (mm / 1000) in text
+    code, text = told("--distance", "%d,%d,%.1f" % (first, second, 1.08 * mm))
+    assert code == 1 and "problem: " + names in text
+    assert float(re.search(r"(\d+) mm by the logs", text).group(1)) == pytest.approx(mm, rel=0.02)
+    known = [one.hall[k] for k in (0, 2, 6, 8)]
+    words = [["--place", "%d,%.1f,%.1f" % place[:3]] for place in known]
+    assert told(*sum(words, []))[0] == 0
+    words[1] = ["--place", "%d,%.1f,%.1f" % (known[1][0], known[1][1] + 150, known[1][2])]
+    code, text = told(*sum(words, []))
+    assert code == 1 and "problem: marker %d is " % known[1][0] in text and "from the given place" in text
+    words[1] = ["--place", "%d,%.1f,%.1f" % (known[1][0], known[1][1] + 9000, known[1][2])]
+    code, text = told(*sum(words, []))
+    assert code == 2 and " and %d are " % known[1][0] in text
+
+
+def test_drives_that_are_no_map_are_not_blamed_on_a_distance(tmp_path):
+    one = drive(World(carried_m=80.0), 5002)
+    first, second, mm = taped(one, np.random.default_rng(5002))
+    words = ["--distance", "%d,%d,%.1f" % (first, second, mm / 10)]
+    assert "not make one map" in score(one, write_log(tmp_path / "drive.bin", one), *words).refused
+
+
+def test_a_known_length_tells_a_misread_marker_from_the_right_one():
+    def found(marker_id, x_mm, passages=1):
+        return Found(marker_id, np.array([x_mm, 0.0, 0.0]), list(range(passages)), [])
+
+    founds = [found(1, 0.0, 3), found(2, 14000.0), found(2, 3000.0), found(3, 500.0, 2), found(3, 3000.0)]
+    assert layout._one_each(founds, []) == [founds[k] for k in (0, 1, 3)]
+    assert layout._one_each(founds, [(1, 2, 3010.0), (1, 3, 3000.0)]) == [founds[k] for k in (0, 2, 3)]
+    assert layout._one_each(founds, [(2, 1, 13000.0)]) == [founds[k] for k in (0, 1, 3)]
 
 
 def test_two_logs_and_a_jump_of_the_odometry_make_one_map(tmp_path, capsys):

@@ -6,6 +6,7 @@ places, or without any against the map as a whole.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable
@@ -15,11 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from larics_host.errors import UserError
+from larics_host.mapping import contradicted
 from larics_host.mapping import graph as graphs
 from larics_host.mapping.collect import Collected
 from larics_host.mapping.graph import Graph, Link, Reading
 from larics_host.mapping.layout import Group, Layout, Part, layout
 from larics_host.mapping.links import Place
+from larics_host.mapping.lost import refuse_lost
 from larics_host.mapping.moves import Move, find_moves
 from larics_host.mapping.poses import Pose, after, inverse, rigid_fit
 from larics_host.mapping.settle import settle
@@ -30,9 +33,6 @@ _NOISE = 0.001  # of the wheels, to begin with: a slip in 50 m
 _LAYOUTS = 2  # the second where the noise turned out to be ...
 _LAID_OUT_ANEW = 2.5  # ... so many times what was thought
 _PARTS = 6  # that the readings of two markers seen together are cut into, in their order
-_EXPLAINED = 0.8  # of the passages, in a map that did not lose its association
-_JUDGED = 10  # passages from which on that is asked
-_CARRIED_MM, _CARRIED_RAD = 700.0, 0.35  # more than slips between two markers
 _FOCAL_SHARE = 0.001  # standard deviation
 _WORST_MM = 500.0  # standard deviation of a place that still is one
 
@@ -45,6 +45,12 @@ class Request:
     anchor: tuple[int, float, float, float] | None = None
     given: list[tuple[int, float, float, float | None]] = field(default_factory=list)
     distances: list[tuple[int, int, float]] = field(default_factory=list)
+
+    def lengths(self) -> list[tuple[int, int, float]]:
+        """[(ID, ID, mm)]: the distances, and those of anchor and given places from each other."""
+        known = [one[:3] for one in self.given] + ([self.anchor[:3]] if self.anchor else [])
+        between = itertools.combinations(known, 2)
+        return self.distances + [(a[0], b[0], math.dist(a[1:], b[1:])) for a, b in between]
 
 
 class Sigmas(NamedTuple):
@@ -91,7 +97,7 @@ def build(
     graphs.needed()
     noise = _NOISE
     for attempt in range(_LAYOUTS):
-        laid = layout(collected, noise)
+        laid = layout(collected, noise, request.lengths())
         if not laid.groups:
             raise UserError("no marker was read in these logs: a map needs two or more")
         notes: list[str] = []
@@ -101,18 +107,33 @@ def build(
         done = (1 + 3 * attempt) / (4 * _LAYOUTS)
         progress(done)
         graph, passages = _graph(main, laid, collected, request, noise)
+        lengths = [
+            (*(_number(laid, one, laid.places) for one in pair), mm) for *pair, mm in request.lengths()
+        ]
+        inside = [one for one in lengths if {one[0], one[1]} <= set(graph.places)]
+        wrong = contradicted.by_layout(graph, inside, laid.places)
+        if wrong:
+            raise _not_of_this_hall(wrong, collected, request, passages)
         settle(graph, main, progress, done)
         if not passages or graph.loudness() < _LAID_OUT_ANEW * noise:
             break
         noise = graph.loudness()  # much worse than thought: other passages may be of one marker then
     moves = find_moves(graph, laid.places)
     settle(graph, main, progress, 0.7, is_last=True)
-    unread = _refuse_lost(graph, passages)
+    doubtful = replace(graph, noises=graph.expected)  # a leg on which a wheel may have slipped is less known
+    marginals = doubtful.marginals()
+    wrong = contradicted.by_all_else(graph, marginals, laid.places)
+    try:
+        unread = refuse_lost(graph, passages)
+    except UserError:
+        if wrong:
+            raise _not_of_this_hall(wrong, collected, request, passages) from None
+        raise
+    notes += [wrong] if wrong else []
     progress(0.95)
     former = {move.former for move in moves}
     numbers = [number for number in graph.places if number not in former]
-    doubtful = replace(graph, noises=graph.expected)  # a leg on which a wheel may have slipped is less known
-    covariance = graph.place_covariance(doubtful.marginals(), numbers)
+    covariance = graph.place_covariance(marginals, numbers)
     if request.anchor is None and not request.given:
         covariance = _free(covariance, [graph.places[number] for number in numbers])
     if not graph.distances and len(graph.given) + (request.anchor is not None) < 2:
@@ -199,13 +220,15 @@ def _graph(main: Group, laid, collected, request, noise):
             graph.links += _links_of(part, numbers, collected)
         else:
             _add_drive(graph, part, motion, numbers, by_id, passages)
-    inside = set(graph.places)
-    for a, b, mm in request.distances:
-        ends = _number(laid, a, laid.places), _number(laid, b, laid.places)
-        if inside >= set(ends):
-            graph.distances.append((*ends, mm))
+    graph.distances = _lengths(laid, request.distances, set(graph.places))
     _place(graph, laid, request)
     return graph, passages
+
+
+def _lengths(laid, lengths, inside):
+    """[(number, number, mm)] of the lengths that are known of places in there."""
+    known = [(*(_number(laid, one, laid.places) for one in pair), mm) for *pair, mm in lengths]
+    return [one for one in known if inside >= {one[0], one[1]}]
 
 
 def _links_of(part, numbers, collected):
@@ -272,26 +295,12 @@ def _place(graph, laid, request):
             kept[number] = after(motion, pose)
 
 
-def _refuse_lost(graph, passages):
-    """Counter of the IDs of passages that were set aside. UserError where they are too many for one map, or
-    where the vehicle went as no wheels do."""
-    for one in graph.legs:
-        ahead, left, turned = graph.leg_error(one)
-        if math.hypot(ahead, left) > _CARRIED_MM or abs(turned) > _CARRIED_RAD:
-            raise UserError(
-                "the drives do not make one map: between two markers the vehicle went %.1f m and turned %.0f "
-                "degrees of which its odometry knows nothing; was it carried? Drive anew, or begin a new log "
-                "after that" % (math.hypot(ahead, left) / 1000, math.degrees(abs(turned)))
-            )
-    read = {one.passage for one in graph.readings if one.used}
-    aside = Counter(marker_id for number, marker_id, _ in passages if number not in read)
-    if len(passages) >= _JUDGED and aside.total() > (1 - _EXPLAINED) * len(passages):
-        raise UserError(
-            "the drives do not make one map: %d of %d passages contradict the others; was the vehicle "
-            "carried or did it slip, do IDs stand at several places (--repeats)? Drive small loops that pass "
-            "each marker several times" % (aside.total(), len(passages))
-        )
-    return aside
+def _not_of_this_hall(text, collected, request, has_drives):
+    """The UserError that what is known by hand cannot be; but where drives do not make one map without that
+    either, that is raised."""
+    if has_drives:
+        build(collected, Request(request.anchor))
+    return UserError(text)
 
 
 def _free(covariance, poses):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -69,10 +70,10 @@ class Layout:
     groups: list[Group]
 
 
-def layout(collected: Collected, noise: float) -> Layout:
-    """The Layout of what was collected; noise: of the wheels, see wheels. UserError
-    where a drive lost itself."""
-    parts = [_driven(drive, collected.repeats, noise) for drive in collected.drives]
+def layout(collected: Collected, noise: float, lengths: Sequence[tuple[int, int, float]] = ()) -> Layout:
+    """The Layout of what was collected; noise: of the wheels, see wheels; lengths: [(ID, ID, mm)] that are
+    known. UserError where a drive lost itself."""
+    parts = [_driven(drive, collected.repeats, noise, lengths) for drive in collected.drives]
     parts += _seen_together(collected)
     waiting = sorted((part for part in parts if part.items), key=lambda part: -part.weight)
     places: dict[int, Place] = {}
@@ -96,7 +97,7 @@ def layout(collected: Collected, noise: float) -> Layout:
     return Layout(places, groups)
 
 
-def _driven(drive, repeats, noise):
+def _driven(drive, repeats, noise, lengths):
     way = Way(drive.stretch.x_mm, drive.stretch.y_mm, drive.stretch.heading)
     shares, sigma = shares_of(drive, way, noise)
     part = Part([], drive, way, shares=shares)
@@ -110,14 +111,26 @@ def _driven(drive, repeats, noise):
         )
     kept = _apart(founds, repeats)
     if not repeats:
-        best: dict[int, Found] = {}
-        for found in kept:
-            if found.id not in best or len(found.passages) > len(best[found.id].passages):
-                best[found.id] = found
-        kept = [found for found in kept if best[found.id] is found]
+        kept = _one_each(kept, lengths)
     part.founds = kept
     part.items = [(found.id, tuple(found.pose), len(found.passages)) for found in kept]
     return part
+
+
+def _one_each(founds, lengths):
+    """Of each ID the one that was passed most often; of several such, that which the lengths fit best."""
+    by_id = defaultdict(list)
+    for found in founds:
+        by_id[found.id].append(found)
+    for same in by_id.values():
+        most = max(len(found.passages) for found in same)
+        same[:] = [found for found in same if len(found.passages) == most]
+    for a, b, mm in lengths:
+        for one, other in ((a, b), (b, a)):
+            if by_id[one] and len(by_id[other]) == 1:
+                there = by_id[other][0].pose[:2]
+                by_id[one].sort(key=lambda found: abs(math.dist(found.pose[:2], there) - mm))
+    return [found for found in founds if by_id[found.id][0] is found]
 
 
 def _apart(founds, repeats):

@@ -1,0 +1,88 @@
+"""What is known by hand and cannot be: a distance or a place that the drives, and all else that is known,
+contradict.
+
+A number with a digit too few bends a whole map, or tears it. So each is judged by all others. What is said is
+for people, one line of the worst; empty where nothing is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from larics_host.mapping.covariance import Covariance
+from larics_host.mapping.graph import DISTANCE_SIGMA_MM, PLACE_SIGMA, Graph
+from larics_host.mapping.links import Place
+from larics_host.mapping.poses import axes
+
+_LAID_MM, _LAID_SHARE = 1500.0, 0.1  # by which a first layout may be off, and so much of the distance
+_GATE = 16.0  # chi-squared
+_LENS_SHARE = 0.005  # of a distance: a focal length that was not calibrated well, where no odometry tells
+_LENGTH = (
+    "markers %d and %d are %.0f mm apart by what is given, %s by the logs: measure again; are these the IDs?"
+)
+_PLACE = "marker %d is %.0f mm from the given place by all else: measure again; is this the ID?"
+_TOLD = 1e-4  # share of a variance that others have to leave
+
+
+def by_layout(graph: Graph, lengths: Iterable[tuple[int, int, float]], places: dict[int, Place]) -> str:
+    """What lengths [(place, place, mm)] a graph that is laid out only contradicts, beyond what that can be
+    off."""
+    worst, text = 0.0, ""
+    for a, b, mm in lengths:
+        laid = math.dist(graph.places[a][:2], graph.places[b][:2])
+        off = abs(laid - mm) - _LAID_MM - _LAID_SHARE * max(laid, mm)
+        if off > worst:
+            ids = places[a].id, places[b].id
+            worst, text = off, _apart(*ids, mm, "some %.1f m" % (laid / 1000))
+    return text
+
+
+def by_all_else(graph: Graph, marginals: Covariance, places: dict[int, Place]) -> str:
+    """What distances or given places a solved graph contradicts, by what is left of each without it."""
+    worst, text = _GATE, ""
+    for square, a, b, mm, told in _distances(graph, marginals):
+        if square > worst:
+            worst, text = square, _apart(places[a].id, places[b].id, mm, "%.0f mm" % told)
+    for square, place, mm in _given(graph, marginals):
+        if square > worst:
+            worst, text = square, _PLACE % (places[place].id, mm)
+    return text
+
+
+def _apart(first, second, mm, told):
+    return _LENGTH % (first, second, mm, told)
+
+
+def _distances(graph, marginals):
+    """[(chi-squared, place, place, mm as known, mm as all else has it)] of distances."""
+    found = []
+    for a, b, mm in graph.distances:
+        off = np.subtract(graph.places[b], graph.places[a])
+        apart = math.hypot(*off[:2])
+        along = np.array([*(off[:2] / apart), 0.0])
+        slope = np.concatenate([-along @ axes(graph.places[a][2]), along @ axes(graph.places[b][2])])
+        left = 1 - float(slope @ marginals.places([a, b]) @ slope) / DISTANCE_SIGMA_MM**2
+        if left > _TOLD:
+            alone = (apart - mm) / left
+            spread = DISTANCE_SIGMA_MM**2 / left + (0.0 if graph.legs else _LENS_SHARE * mm) ** 2
+            found.append((alone**2 / spread, a, b, mm, mm + alone))
+    return found
+
+
+def _given(graph, marginals):
+    """[(chi-squared, place, mm that it is off by all else)] of given places."""
+    found = []
+    for place, known in graph.given:
+        x, y, heading = graph.places[place]
+        # in the axes of the place, as its covariance is
+        off = (axes(heading).T @ [x - known[0], y - known[1], 0.0])[:2] / PLACE_SIGMA[:2]
+        fitted = marginals.places([place])[:2, :2] / np.outer(PLACE_SIGMA[:2], PLACE_SIGMA[:2])
+        shares, sides = np.linalg.eigh(np.eye(2) - fitted)
+        told = shares > _TOLD
+        alone = (sides.T @ off)[told]
+        away = PLACE_SIGMA[0] * np.linalg.norm(alone / shares[told])
+        found.append((float(np.sum(alone**2 / shares[told])), place, float(away)))
+    return found
