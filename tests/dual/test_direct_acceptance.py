@@ -370,6 +370,13 @@ def test_an_edge_a_cable_or_a_stain_is_no_line():
     assert halves(1, 12, 12, 200, 200, stray_half=76) == told
     assert halves(1, 12, 11, 200, 200, stray_half=76) == doubt
     assert halves(1, 12, 11, 200, 200, stray_half=75) == told
+    # than one side alone, where it is brighter than the mean by 15 or 16: the edge of a reflection
+    for area, brighter, expected in ((0, 17, told), (0, 18, doubt), (1, 18, told)):
+        lines = Lines(5)
+        lines.put(2, layouts.POSITION_NEAR, area)
+        lines.put(2, layouts.POSITION_FAR, 0)
+        lines.brighten(2, 500, brighter)
+        assert code_verdict(lines)[:2] == expected, (area, brighter)
     # one half of it
     assert halves(1, 0, 100, 60, 260) == told
     assert halves(1, 0, 100, 59, 261) == doubt
@@ -390,8 +397,8 @@ def test_what_crosses_an_empty_bit_may_hide_a_line():
         (150, 1, (0, 10, 10, 10, 0), verdicts.ACCEPTED),  # 120, and three times the median of noise
         (151, 1, (0, 10, 10, 10, 0), verdicts.ID_UNCERTAIN),
         # beside it, where it is no darker than its sides
-        (900, 0, (0, 0, 0, 900, 900), verdicts.ACCEPTED),
-        (901, 0, (0, 0, 0, 900, 900), verdicts.ID_UNCERTAIN),
+        (400, 0, (0, 0, 0, 900, 900), verdicts.ACCEPTED),
+        (401, 0, (0, 0, 0, 900, 900), verdicts.ID_UNCERTAIN),
     ):
         lines = Lines(5)
         for position, noise in zip((0, 1, 3, 5, 7), elsewhere):
@@ -519,6 +526,11 @@ def test_an_empty_bit_on_clipped_white_needs_a_strong_ring_and_is_never_sure():
         (880, 30, 5, 625, verdicts.ACCEPTED),
         (880, 28, 6, 625, verdicts.ACCEPTED),  # 25 above the mean of all
         (870, 30, 6, 625, verdicts.ACCEPTED),
+        # whatever the ring shows where little of a line would be left
+        (989, 31, 6, 1000, verdicts.ACCEPTED),
+        (990, 31, 6, 1000, verdicts.ID_UNCERTAIN),
+        (990, 31, 5, 1000, verdicts.ACCEPTED),
+        (993, 28, 6, 1000, verdicts.ACCEPTED),  # 25 above the mean of all
     ):
         lines = Lines(5)
         lines.light(grey)

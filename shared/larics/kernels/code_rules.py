@@ -47,7 +47,7 @@ _CALM = const(64)  # a smooth 0 that is not bright is a stain, where no position
 _HALF_FADED = const(30)  # likewise of the deeper half, and twice what their halves stray
 _ROUGH_MOST = const(120)  # mean square of what lies on a 0, 7168 = as deep as a line, and so many times what
 _ROUGH_NOISE = const(3)  # lies where no bit is: something crosses it, and hides a line as well;
-_ROUGHEST = const(900)  # where it is lighter than its sides, what lies beside it is rough, up to this
+_ROUGHEST = const(400)  # where it is lighter than its sides, what lies beside it is rough, up to this
 _GLARE_MOST = const(130)  # a position that much brighter than the mean may have lost its line,
 _SPOT_MOST = const(50)  # or that much brighter than the third brightest, if it is as bright as this:
 _SPOT_BRIGHT = const(980)
@@ -57,7 +57,8 @@ _BUMP_LESS = const(25)  # if it is so much brighter than those
 _HIGH = const(900)  # where tone curves flatten what the light leaves of a line
 _BRIGHT = const(25)  # a 0 there that is so much brighter than the mean, if not quite empty,
 _BRIGHT_DEPTH = const(5)
-_CLIPPED = const(1036)  # or on clipped white, needs
+_BLEACHED = const(1020)  # where little of a line would be left, such a 0 is none,
+_CLIPPED = const(1036)  # else, or on clipped white, it needs
 _PALE_Q8 = const(160)  # a ring beside it that has this share of the rings' mean area;
 _CLIPPED_DISTANCE = const(18)  # and on clipped white its margin is no more than this leaves
 _PALE_ONE_Q8 = const(148)  # a 1 has this share of the deepest one's depth: a scratch is thinner than a line;
@@ -65,7 +66,8 @@ _PALE_GLARE = const(15)  # unless light on it makes it shallower,
 _UNEVEN = const(100)  # or what must be empty strays no more
 # edges, cables that cross and stains may pass for a line, or undo one
 _LEAST = const(24)  # area of any 1 below the darker side,
-_EVEN = const(75)  # where a half of what must be empty strays more
+_EVEN = const(75)  # where a half of what must be empty strays more,
+_EDGE_GLARE = const(15)  # or it has none and is so much brighter than the mean: the edge of a reflection
 _HALF_LEAST = const(60)  # where that of a half is less, each half's below the mean of the sides;
 _STRAY_MOST = const(150)  # and what must be empty strays no more
 _WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area,
@@ -211,7 +213,7 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
                     signs = 2
             if near + far < _LEAST:
                 signs += 1
-                if int(light[_LIGHT_STRAY_HALF]) > _EVEN:
+                if int(light[_LIGHT_STRAY_HALF]) > _EVEN or (near + far == 0 and glare > _EDGE_GLARE):
                     signs = 2
             if near < _LEAST or far < _LEAST:
                 if depth + depth - half < _HALF_LEAST or int(light[_LIGHT_STRAY]) > _STRAY_MOST:
@@ -224,6 +226,8 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
         elif depth > own_zero_most or glare > _GLARE_MOST or bump > _BUMP_MOST:
             doubt = 1
         elif bright > _SPOT_BRIGHT and bright - int(light[_LIGHT_THIRD]) > _SPOT_MOST:
+            doubt = 1
+        elif bright > _BLEACHED and glare > _BRIGHT and depth > _BRIGHT_DEPTH:
             doubt = 1
         elif half > half_faded or int(code[slot + _POSITION_ROUGH]) > _ROUGHEST:
             doubt = 1
