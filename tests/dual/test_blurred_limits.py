@@ -13,9 +13,10 @@ from larics.marker import LARICS3, verdicts
 class Scores:
     """Stands for rings: a coarse look at the candidates gives these scores, if they reach the least."""
 
-    def __init__(self, scores, shade=100):
+    def __init__(self, scores, shade=100, dark_around=0):
         self.scores = list(scores)
         self.shade = shade
+        self.dark_around = dark_around
         self.effort = 0
         self.x_q10 = self.y_q10 = self.e1 = self.e2 = 0
         self.radius_q8 = 6000
@@ -29,12 +30,12 @@ class Scores:
         return self.shade
 
 
-def looked_at(scores, least_q8=5000, clear=False, shade=100, said=verdicts.NO_FIT):
+def looked_at(scores, least_q8=5000, clear=False, shade=100, said=verdicts.NO_FIT, dark_around=0):
     """The candidate that is chosen of those with these scores, -1 for none, and how many were looked at."""
     candidates = Candidates()
     for index in range(len(scores)):
         candidates.remember(index << 14, 0, least_q8, 9000, said, 100 - index, clear)
-    rings = Scores(scores, shade)
+    rings = Scores(scores, shade, dark_around)
     slot = candidates.best(None, rings, False)
     return slot // CANDIDATE_ITEMS if slot >= 0 else slot, len(scores) - len(rings.scores)
 
@@ -60,6 +61,22 @@ def test_rings_without_a_line_are_none():
         (2001, 3071, 0),
     ):
         assert looked_at((9000,), least_q8, shade=shade)[0] == found, (shade, least_q8)
+
+
+def test_rings_that_defocus_has_molten_into_one():
+    for score, shade, dark_around, found in (
+        (5999, 100, 64, -1),
+        (6000, 100, 64, 0),
+        (6000, 100, 54, 0),
+        (7199, 100, 53, -1),
+        (7200, 8191, 53, -1),
+        (7200, 8191, 54, 0),
+        (7200, 35, 64, -1),
+    ):
+        seen = looked_at((score,), 5000, True, shade, dark_around=dark_around)
+        assert seen == (found, 1), (score, shade, dark_around)
+    assert looked_at((5200,), shade=8191, dark_around=54)[0] == 0
+    assert looked_at((5200,), shade=8191, dark_around=53)[0] == -1
 
 
 def test_what_was_seen_well_is_not_looked_at_again():

@@ -821,10 +821,11 @@ def line_shade(before, after, result):
     inside = [(cx + 32 * dx, width), (cy + 32 * dy, height)]
     if result == 8192:
         assert any(values.min() < -0.4 or values.max() > size - 0.6 for values, size in inside)
+        assert after[5][0] == 0
         return
     assert all(values.min() > -0.6 and values.max() < size - 0.4 for values, size in inside)
     # a pixel's edge is where rounding decides: shades of places a little to either side bound the result
-    found = []
+    found, bands = [], []
     for off in (-0.02, 0, 0.02):
         picture = numbers(image).reshape(-1, width)
 
@@ -839,7 +840,9 @@ def line_shade(before, after, result):
         deepest = max(0, (np.minimum(*beside) - 3 * around).max())
         # five pixels, four times, three times, against two of each of 64 directions
         found.append(min(8191, 256 * (deepest / 60) / (max(64, rings) / 128)))
+        bands.append((seen(20) < np.minimum(seen(32), seen(8))).sum())
     assert min(found) * 0.9 - 8 <= result <= max(found) * 1.1 + 8, (result, found)
+    assert min(bands) - 2 <= after[5][0] <= max(bands) + 2, (after[5][0], bands)
 
 
 def ring_shifts(before, after, result):

@@ -30,11 +30,13 @@ _ITEMS = const(14)
 _CAPACITY = const(8)
 _LEAST_SCORE = const(5200)  # of 16384; hardly any marker has less,
 _LEAST_SCORE_CLEAR = const(7200)  # in a frame with contrast,
+_LEAST_SCORE_MOLTEN = const(6000)  # where defocus has not molten the rings,
 _LEAST_SCORE_SMALL = const(4300)  # nor a small one
 _SMALL_Q8 = const(2304)
 _LEAST_SHADE = const(36)  # of the darkest direction around, 256ths of the rings; 1 in 100 lines has below 57
 _MOST_SHADE = const(2000)  # through defocus of 3.5 px lines have up to 867, in noise up to 1714,
-_LARGE_Q8 = const(3072)  # but small ones more
+_LARGE_Q8 = const(3072)  # but small ones more, and molten ones, which are a band darker than
+_MOLTEN_LEAST = const(54)  # in so many directions of 64 what lies on either side
 _GOOD_SCORE = const(9000)  # hardly any clutter has so much
 _RANKS = (0, 5, 1, 2, 3, 3, 4, 4, 4, 5)  # by sharp verdict: how far the candidate came
 
@@ -182,17 +184,20 @@ class Candidates:
             return  # it was seen well enough
         if self._passes_over and items[slot + _KIND] == REJECTED:
             return
-        least = _LEAST_SCORE_CLEAR if self.clear else _LEAST_SCORE
-        if items[slot + LEAST_Q8] < _SMALL_Q8:
-            least = _LEAST_SCORE_SMALL
-        items[slot + SCORE] = rings.coarse(
+        small = items[slot + LEAST_Q8] < _SMALL_Q8
+        least = _LEAST_SCORE_MOLTEN if self.clear else _LEAST_SCORE
+        score = rings.coarse(
             frame, items[slot + X_Q8] - _BIAS, items[slot + Y_Q8] - _BIAS, items[slot + LEAST_Q8],
-            items[slot + MOST_Q8], least,
+            items[slot + MOST_Q8], _LEAST_SCORE_SMALL if small else least,
         )  # fmt: skip
-        if items[slot + SCORE]:
+        if score:
             shade = rings.line_shade(frame)
-            if shade < _LEAST_SHADE or shade > _MOST_SHADE and items[slot + LEAST_Q8] >= _LARGE_Q8:
-                items[slot + SCORE] = 0  # rings without a line, or no rings
+            molten = rings.dark_around >= _MOLTEN_LEAST
+            weak = self.clear and not small and score < _LEAST_SCORE_CLEAR
+            vague = shade > _MOST_SHADE and items[slot + LEAST_Q8] >= _LARGE_Q8
+            # rings without a line, or no rings
+            if shade >= _LEAST_SHADE and (molten or not (weak or vague)):
+                items[slot + SCORE] = score
         items[slot + X_Q10] = rings.x_q10
         items[slot + Y_Q10] = rings.y_q10
         items[slot + RADIUS_Q8] = rings.radius_q8

@@ -84,6 +84,8 @@ class BlurredRings:
     match                 median of the squared correlations, 1/1024
     levels                the same in each of 32 sectors
     samples               array('H'), scratch space of whoever samples
+    dark_around           directions of 64 in which it is darker between the rings than beside both, as where
+                          blur has melted them into one band, when `line_shade` was asked last
     lost                  why the last `fit` failed: LOST_*
     effort                what the frame took so far, thousands of instructions on a Cortex-M7: looks and fits
                           add to it
@@ -112,6 +114,7 @@ class BlurredRings:
         self.ratio_q10 = self.deviation_q10 = self.used_outer = self.used_inner = 0
         self._local = 1
         self.good = self.amplitude = self.background = self.match = 0
+        self.dark_around = 0
         self.lost = LOST_ON_THE_WAY
         self.effort = 0
 
@@ -174,9 +177,11 @@ class BlurredRings:
     def line_shade(self, frame):
         """How dark the darkest direction outside the rings is at the present pose, 256ths of their depth.
 
-        More than that of any line where it may lie outside the frame."""
+        More than that of any line where it may lie outside the frame. Counts in `dark_around`."""
         self._put_pose()
-        return kernels.line_shade(frame, 0, 0, self._pose, COSINE, self._shades)
+        shade = kernels.line_shade(frame, 0, 0, self._pose, COSINE, self._shades)
+        self.dark_around = self._shades[0]
+        return shade
 
     def start(self, x_q10, y_q10, radius_q8, e1, e2):
         """Begins a fit with this pose."""

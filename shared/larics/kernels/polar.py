@@ -299,11 +299,12 @@ def sector_radii(
 def line_shade(image: ptr8, x: int, y: int, pose: ptr32, cosines: ptr16, shades: ptr32) -> int:
     """How dark the darkest direction outside the rings is, in 256ths of the rings' mean depth.
 
-    pose: CIRCLE, of which no perspective counts; cosines: tables.COSINE_Q14_BIASED; shades: 128 items,
-    scratch space. Each of 64 directions is seen at the units 28 to 32, in the nearest pixels; it is compared
-    with the lighter of the 4 to 8 directions to one side and those to the other, the less light of both.
-    Rings less deep than half a grey level count as that deep. Returns at most 8191; 8192 when something lies
-    outside the frame."""
+    pose: CIRCLE, of which no perspective counts; cosines: tables.COSINE_Q14_BIASED. Each of 64 directions
+    is seen at the units 28 to 32, in the nearest pixels; it is compared with the lighter of the 4 to 8
+    directions to one side and those to the other, the less light of both. Rings less deep than half a grey
+    level count as that deep. shades: 128 items, scratch space, of which the first receives in how many
+    directions unit 20, between the rings, is darker than the units 32 and 8. Returns at most 8191; 8192, and
+    none of these directions, when something lies outside the frame."""
     width = int(pose[_CIRCLE_WIDTH])
     height = int(pose[_CIRCLE_HEIGHT])
     cx = ((int(pose[_CIRCLE_X_Q8]) - _BIAS) << 8) + 32768
@@ -312,6 +313,7 @@ def line_shade(image: ptr8, x: int, y: int, pose: ptr32, cosines: ptr16, shades:
     e1 = int(pose[_CIRCLE_E1]) - _BIAS
     e2 = int(pose[_CIRCLE_E2]) - _BIAS
     rings = 0
+    band = 0
     k = 0
     while k < 64:
         c = int(cosines[(k << 2) + 2]) - 32768
@@ -323,11 +325,12 @@ def line_shade(image: ptr8, x: int, y: int, pose: ptr32, cosines: ptr16, shades:
         x = cx + (dx << 5)
         y = cy + (dy << 5)
         if x < 0 or y < 0 or x >> 16 >= width or y >> 16 >= height:
+            shades[0] = 0
             return 8192
-        value = int(image[(y >> 16) * width + (x >> 16)])
+        outside = int(image[(y >> 16) * width + (x >> 16)])
         x -= dx
         y -= dy
-        value += int(image[(y >> 16) * width + (x >> 16)])
+        value = outside + int(image[(y >> 16) * width + (x >> 16)])
         x -= dx
         y -= dy
         value += int(image[(y >> 16) * width + (x >> 16)])
@@ -342,10 +345,15 @@ def line_shade(image: ptr8, x: int, y: int, pose: ptr32, cosines: ptr16, shades:
         rings -= int(image[(y >> 16) * width + (x >> 16)])
         x -= dx << 2
         y -= dy << 2
-        rings += int(image[(y >> 16) * width + (x >> 16)]) << 1
+        value = int(image[(y >> 16) * width + (x >> 16)])
+        rings += value << 1
         x -= dx << 2
         y -= dy << 2
         rings -= int(image[(y >> 16) * width + (x >> 16)])
+        x -= dx << 3
+        y -= dy << 3
+        if value < outside and value < int(image[(y >> 16) * width + (x >> 16)]):
+            band += 1
         k += 1
     k = 0
     while k < 64:
@@ -365,6 +373,7 @@ def line_shade(image: ptr8, x: int, y: int, pose: ptr32, cosines: ptr16, shades:
         if value > deepest:
             deepest = value
         k += 1
+    shades[0] = band
     # 60 pixels against 128
     if rings < 64:
         rings = 64
