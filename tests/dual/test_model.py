@@ -4,6 +4,8 @@ from larics.arith.fixed import wrap_cdeg
 from larics.blurred.blur_model import MOTIONS, BlurModel
 from larics.blurred.candidates import X_Q8
 from larics.blurred.reader import BlurModelReader
+from larics.blurred.ring_fit import MEANS, SAMPLES
+from larics.detect.centre_votes import CELLS_LEAST
 from larics.detect.detector import Detector
 from larics.kernels.layouts import BIAS, CANDIDATE_ITEMS
 from larics.marker import LARICS3, Family
@@ -184,7 +186,12 @@ def test_it_knows_the_families_with_rings_of_two_to_three():
     assert not BlurModelReader.knows(other)
     assert Detector(WIDTH, HEIGHT, 23, 30, family=other).blur_reader is None
     assert detector(second_opinion=False).blur_reader is None
-    assert 8000 < detector().memory() - detector(second_opinion=False).memory() < 16384
+    assert 6000 < detector().memory() - detector(second_opinion=False).memory() < 12288
+
+
+def test_samples_fit_where_the_votes_of_the_smallest_frame_were():
+    assert 2 * CELLS_LEAST >= SAMPLES + MEANS and not CELLS_LEAST % 4  # cleared four at a time
+    assert len(Detector(64, 48, 40, 50)._votes.cells) >= CELLS_LEAST
 
 
 def test_tilt_widens_the_range():

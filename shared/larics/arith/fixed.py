@@ -71,6 +71,14 @@ def words(count, name=None):
     return _kept[name] if size <= count else memoryview(_kept[name])[:count]
 
 
+def part16(idle, first, count):
+    """Scratch space of so many 16-bit items, for kernels alone: on a board a part of a buffer of words that
+    is idle meanwhile, from its item `first` on; without such a buffer, and on a PC, an array of its own."""
+    if idle is None or _kept is None:
+        return array("H", bytes(2 * count))
+    return memoryview(idle)[first : first + (count + 1 >> 1)]
+
+
 def forget_words():
     """Gives back what `words` keeps, so that shorter ones take less. What is in use stays."""
     if _kept is not None:

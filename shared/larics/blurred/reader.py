@@ -59,10 +59,11 @@ class BlurModelReader:
     blur, rings, lines         what was measured
     """
 
-    def __init__(self, width, height, family, line_mm10, allowed, margin_min, cells):
+    def __init__(self, width, height, family, line_mm10, allowed, margin_min, cells, idle=None):
+        """cells: coded.CellReader, None of the plain family; idle: as of BlurredRings, during `examine`."""
         self.candidates = Candidates()
         self.blur = BlurModel(family, line_mm10)
-        self.rings = BlurredRings(width, height, self.blur)
+        self.rings = BlurredRings(width, height, self.blur, idle)
         self.lines = BlurredLines(family, self.blur)
         self.acceptance = Acceptance(family, allowed, margin_min)
         self._cells = cells

@@ -7,11 +7,12 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import COSINE
+from larics.arith.fixed import COSINE, part16
 from larics.kernels import polar as kernels
 from larics.kernels import sectors as sector_kernels
 
 SAMPLES = const(2048)
+MEANS = const(544)
 
 _BIAS = const(1 << 24)  # items as in kernels.layouts
 _CIRCLE_X_Q8 = const(0)
@@ -83,7 +84,7 @@ class BlurredRings:
     good                  sectors that look like rings; amplitude, background: their medians, 1/16 grey level
     match                 median of the squared correlations, 1/1024
     levels                the same in each of 32 sectors
-    samples               array('H'), scratch space of whoever samples
+    samples               scratch space of whoever samples, for kernels
     dark_around           directions of 64 in which it is darker between the rings than beside both, as where
                           blur has melted them into one band, when `line_shade` was asked last
     lost                  why the last `fit` failed: LOST_*
@@ -91,7 +92,9 @@ class BlurredRings:
                           add to it
     """
 
-    def __init__(self, width, height, blur):
+    def __init__(self, width, height, blur, idle=None):
+        """idle: words that nobody else looks at during a fit and what follows it, at least
+        (SAMPLES + MEANS) / 2, as of fixed.part16."""
         self.width = width
         self.height = height
         self.blur = blur
@@ -103,9 +106,9 @@ class BlurredRings:
         self._fan_first = fan(_DIRECTIONS_FIRST, 8, 4, _FIRST, _COUNT)
         self._fan = fan(_DIRECTIONS, 4, 2, _FIRST, _COUNT)
         self._shades = array("i", bytes(4 * 2 * _DIRECTIONS))
-        self.samples = array("H", bytes(2 * SAMPLES))
+        self.samples = part16(idle, 0, SAMPLES)
         self.levels = array("H", bytes(128))
-        self._means = array("H", bytes(2 * 544))
+        self._means = part16(idle, SAMPLES // 2, MEANS)
         self._sectors = array("H", bytes(192))
         self._outer = array("i", bytes(128))
         self._inner = array("i", bytes(128))
@@ -119,9 +122,9 @@ class BlurredRings:
         self.effort = 0
 
     def memory(self):
-        """Bytes of the buffers."""
+        """Bytes of the buffers but the scratch space."""
         items = _CIRCLE_ITEMS + _SCAN_ITEMS + 2 * _FAN_ITEMS + 2 * _DIRECTIONS
-        return 2 * (SAMPLES + 64 + 544 + 96) + 128 + 128 + 32 + 4 * items
+        return 2 * (64 + 96) + 128 + 128 + 32 + 4 * items
 
     def sample(self, frame, fan, cosine, sine):
         """Samples a fan, turned by (cosine, sine) * 2**14; False when some lie outside the frame."""

@@ -140,8 +140,9 @@ class Detector:
                 self._budget = _BUDGET
             if BlurModelReader.knows(family):
                 self.blur_reader = BlurModelReader(
-                    width, height, family, line_mm10, self.allowed, margin_min, self.direct.cells
-                )
+                    width, height, family, line_mm10, self.allowed, margin_min, self.direct.cells,
+                    self._votes.cells,
+                )  # fmt: skip
                 self._blurred_search = BlurredSearch(
                     self._scales, self._centres, self.blur_reader.candidates, width, height, self.statistics,
                     self._budget - EXAMINATION_EFFORT if len(self._scales) > 1 else NO_BUDGET,
