@@ -27,7 +27,7 @@ SECTION = re.compile(r"^#+ .*`(shared/larics/[\w/]+\.py)`.*$", re.M)
 # constants that are no limits: names of items, sizes of buffers, numbers that stand for words
 NO_LIMITS = {
     "shared/larics/detect/edges.py": {"DIRECTIONS"},
-    "shared/larics/detect/centre_votes.py": {"_CHUNK", "_MASK_BITS"},
+    "shared/larics/detect/centre_votes.py": {"LEAST_WORDS", "_CHUNK", "_MASK_BITS"},
     "shared/larics/direct/ring_fit.py": {"SECTORS", "SKIP_OUTER", "SKIP_INNER"},
     "shared/larics/direct/line_reader.py": {"POSITIONS"},
     "shared/larics/direct/robust_centre.py": {"_ROBUST_PARAMETERS", "_ROBUST_SCALE", "_ROBUST_SQUARE"},

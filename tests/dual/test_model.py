@@ -5,7 +5,7 @@ from larics.blurred.blur_model import MOTIONS, BlurModel
 from larics.blurred.candidates import X_Q8
 from larics.blurred.reader import BlurModelReader
 from larics.blurred.ring_fit import MEANS, SAMPLES
-from larics.detect.centre_votes import CELLS_LEAST
+from larics.detect.centre_votes import LEAST_WORDS
 from larics.detect.detector import Detector
 from larics.kernels.layouts import BIAS, CANDIDATE_ITEMS
 from larics.marker import LARICS3, Family
@@ -190,8 +190,8 @@ def test_it_knows_the_families_with_rings_of_two_to_three():
 
 
 def test_samples_fit_where_the_votes_of_the_smallest_frame_were():
-    assert 2 * CELLS_LEAST >= SAMPLES + MEANS and not CELLS_LEAST % 4  # cleared four at a time
-    assert len(Detector(64, 48, 40, 50)._votes.cells) >= CELLS_LEAST
+    assert 2 * LEAST_WORDS >= SAMPLES + MEANS and not LEAST_WORDS % 4  # cleared four at a time
+    assert len(Detector(64, 48, 40, 50)._votes.cells) >= LEAST_WORDS
 
 
 def test_tilt_widens_the_range():

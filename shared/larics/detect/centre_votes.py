@@ -27,7 +27,7 @@ _CELLS_ITEMS = const(6)
 LEAST_DIRECTIONS = const(15)  # of 24; the weakest true centre seen in thousands of frames had 15
 _LEAST_SCORE = const(180)  # the weakest true centre had 194, half of all others have less
 CENTRES = const(6)
-CELLS_LEAST = const(1296)  # once all have voted, the blur-model reader has its samples there
+LEAST_WORDS = const(1296)  # once all have voted, the blur-model reader has its samples there
 WINDOWS = const(96)
 _FINE_STEP = const(3)  # px between the cells of the smallest rings,
 _FINE_PADDING = const(5)  # and their largest radius in cells
@@ -67,7 +67,7 @@ class VoteBuffers:
     """
 
     def __init__(self, grids):
-        self.cells = words(max([CELLS_LEAST] + [grid.cells for grid in grids]), "cells")
+        self.cells = words(max([LEAST_WORDS] + [grid.cells for grid in grids]), "cells")
         self.above = words(max([grid.row for grid in grids]) // 2)
         self.windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
         self.centres = array("i", bytes(4 * (3 * CENTRES + 3)))
