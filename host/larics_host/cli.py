@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -143,6 +144,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     _have_streams()
     _print_anything()
     begin_run()
+    # it tells at length of a home that it cannot write, also when another package brings it
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         try:
             code = _run(argv)

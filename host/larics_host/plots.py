@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import logging
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -18,9 +17,6 @@ COLOURS = ("#0b5fa5", "#d97b1a", "#2e8b57", "#b03060")
 
 def new_figure(width_in: float, height_in: float) -> Figure:
     """A matplotlib Figure; UserError when matplotlib is not installed."""
-    logging.getLogger("matplotlib").setLevel(
-        logging.ERROR
-    )  # it tells at length of a home that it cannot write
     try:
         from matplotlib.figure import Figure
     except ImportError:

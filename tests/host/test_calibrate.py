@@ -51,6 +51,7 @@ def test_a_rendered_camera_is_found_within_the_tolerances(recordings, tmp_path, 
     assert calibrate(*names, "--height-mm", str(HEIGHT_MM), "-o", str(out), "--plot", str(plot)) == 0
     text = capsys.readouterr().out
     print(text)
+    assert "all others are the defaults" in text
     assert "+-" in text and "residual of the places" in text
     found = json.loads(out.read_text())
     close_to_truth(found)
@@ -101,7 +102,7 @@ def test_a_calibration_for_another_frame_size_is_begun_anew(recordings, tmp_path
     assert found["focal_q8"] / 256 == pytest.approx(FOCAL, rel=0.002)
 
 
-def test_what_is_known_is_kept(recordings, tmp_path):
+def test_what_is_known_is_kept(recordings, tmp_path, capsys):
     base, out = tmp_path / "base.json", tmp_path / "out.json"
     mount, forward, left = (round(100 * angle) for angle in mounting.angles(CAMERA.rotation))
     base.write_text(json.dumps({
@@ -110,6 +111,7 @@ def test_what_is_known_is_kept(recordings, tmp_path):
     }))  # fmt: skip
     arguments = ["--turn", recordings["turn"], "--height-mm", str(HEIGHT_MM), "--settings", str(base)]
     assert calibrate(*arguments, "-o", str(out)) == 0
+    assert "defaults" not in capsys.readouterr().out
     found = json.loads(out.read_text())
     assert found["route"] == [1, 2] and found["ceiling_mm10"] == 28500
     assert abs(found["tilt_forward_cdeg"] - forward) <= 1 and abs(found["mount_cdeg"] - mount % 36000) <= 1

@@ -1,21 +1,24 @@
 """`larics log`: files, live view, and everything that goes wrong with a port."""
 
 import csv
+import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import threading
 
 import pytest
+from rich.console import Console
 
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import cli
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
-from larics_host.logs.live_table import LiveTable, flag_text
+from larics_host.logs.live_table import HEADINGS, LiveTable, flag_text
 from larics_host.logs.log_reader import read_pieces
 from tests.host.test_dual import ROOT
 from tests.host.waiting import PATIENCE_S, Clock, wait_for_lines
@@ -196,8 +199,6 @@ def test_seconds_end_it(tmp_path, monkeypatch, capsys):
 
 
 def test_live_view_shows_measures_and_health():
-    from rich.console import Console
-
     receiver = Receiver()
     view = LiveTable("/dev/x")
     encoder = protocol.Encoder()
@@ -222,6 +223,27 @@ def test_live_view_shows_measures_and_health():
     for expected in ("123.4", "-56.7", "45.50", "none", "id uncertain, no offset", "TRACKING, 60.0 frames/s"):
         assert expected in text, text
     assert "faults 2 (storage, last: camera timeout)" in text and "board desk" in text
+
+
+@pytest.mark.parametrize(
+    "width, there, left_out",
+    [
+        (40, ("ID", "x mm", "y mm", "heading deg"), ("frame", "time s", "z mm")),
+        (80, ("ID", "heading deg", "margin", "notes", "age ms", "time s"), ("z mm",)),
+        (110, HEADINGS, ()),
+    ],
+)
+def test_live_view_leaves_out_columns_that_would_not_be_whole(width, there, left_out):
+    view = LiveTable("/dev/x")
+    receiver = Receiver()
+    for message in receiver.feed(wire((m.MARKER, marker_values(7, 3, 0, m.MARKER_ID_UNCERTAIN))), 1.5):
+        view.add(message)
+    file = io.StringIO()
+    Console(width=width, file=file).print(view.render(receiver.counters, width))
+    lines = file.getvalue().splitlines()
+    assert max(map(len, lines)) <= width and "…" not in file.getvalue() and "45.50" in file.getvalue()
+    headings = [cell.strip() for cell in re.split("[┃|]", lines[2])]
+    assert set(there) <= set(headings) and not set(left_out) & set(headings)
 
 
 def test_flag_text_of_no_flag():

@@ -11,6 +11,7 @@ import sys
 import cv2
 import numpy as np
 import pytest
+from rich.console import Console
 
 from larics.wire import codec as protocol
 from larics.wire import messages as m
@@ -60,8 +61,6 @@ def fed(*messages, step_s=0.02, **options):
 
 
 def text_of(state, ended=None):
-    from rich.console import Console
-
     file = io.StringIO()
     Console(width=110, file=file).print(render(state, ended))
     return file.getvalue()
@@ -115,6 +114,32 @@ def test_the_terminal_shows_everything():
     state = fed((m.MARKER, marker_values(1, 3)), (m.POSE, pose_values(1)))
     text = text_of(state)
     assert "TRACKING" in text and "x 1000.0  y 500.0 mm" in text and "route" in text and "map; " in text
+
+
+@pytest.mark.parametrize(
+    "width, height", [(110, 50), (100, 24), (80, 24), (60, 50), (40, 40), (40, 24), (30, 60)]
+)
+def test_it_fits_a_small_terminal(width, height):
+    pose = pose_values(1)
+    state = fed((m.MARKER, marker_values(1, 3)), (m.STATUS, status_values(rate_chz=6000)), (m.POSE, pose))
+    for second in range(9):
+        state.events.append((second, "event"))
+    file = io.StringIO()
+    Console(width=width, height=height, file=file).print(render(state, "the end", (width, height)))
+    lines = file.getvalue().splitlines()
+    text = " ".join(file.getvalue().replace("│", " ").split())
+    assert max(map(len, lines)) <= width and (len(lines) <= height or (width, height) == (40, 24))
+    for part in (
+        "TRACKING",
+        "ID 3",
+        "x 123.4 y -56.7 mm",
+        "200 of 255",
+        "x 1000.0 y 500.0 mm",
+        "60.0 frames/s",
+    ):
+        assert part in text, text
+    assert "ended: the end" in text and "8.00 s event" in text
+    assert ("map; " in text) == (height > 24 or width > 40)
 
 
 def test_the_drawing_has_things_where_they_are():

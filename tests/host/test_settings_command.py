@@ -1,8 +1,14 @@
 """`larics settings` against the real firmware on MicroPython, and what needs no camera."""
 
 import contextlib
+import fcntl
 import json
+import os
 import re
+import struct
+import subprocess
+import sys
+import termios
 
 import pytest
 
@@ -15,6 +21,8 @@ from larics_host.connection.pty_pair import PtyPair
 from larics_host.errors import UserError
 from tests.host.firmware_process import start_firmware
 from tests.host.plain_marker import plain_frame
+from tests.host.test_dual import ROOT
+from tests.host.waiting import PATIENCE_S
 
 
 @contextlib.contextmanager
@@ -44,6 +52,7 @@ def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys, monkey
         port = ("--port", device)
         code, out, _ = settings(capsys, "show", *port)
         assert code == 0 and all(field.name in out for field in FIELDS) and "25000" in out
+        a_narrow_terminal_gets_lines(device)
         code, out, _ = settings(capsys, "show", *port, "--json")
         values = json.loads(out)
         assert (values["width"], values["ceiling_mm10"], values["map"]) == (128, 25000, [])
@@ -81,6 +90,25 @@ def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys, monkey
         assert code == 2 and err == "larics: the camera refused SAVE_SETTINGS: storage\n"
         older_than_the_pc(capsys, tmp_path / "newer.json", port, monkeypatch)
         assert settings(capsys, "restart", *port)[0] == 0
+
+
+def a_narrow_terminal_gets_lines(device):
+    master, slave = os.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 24, 40, 0, 0))
+    environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"), TERM="xterm")
+    command = [sys.executable, "-m", "larics_host", "settings", "show", "--port", str(device)]
+    environment.pop("COLUMNS", None)
+    process = subprocess.Popen(command, stdin=slave, stdout=slave, env=environment)
+    os.close(slave)
+    told = b""
+    with contextlib.suppress(OSError):
+        while data := os.read(master, 65536):
+            told += data
+    assert process.wait(timeout=PATIENCE_S) == 0
+    os.close(master)
+    lines = re.sub("\x1b\\[[0-9;]*m", "", told.decode()).splitlines()
+    at = lines.index("ceiling_mm10 = 25000 0.1 mm")
+    assert lines[at + 1].startswith("    0..") and max(map(len, lines)) <= 40
 
 
 def older_than_the_pc(capsys, file, port, monkeypatch):

@@ -15,7 +15,7 @@ TOUR = TEXT.split("<!-- tour:begin -->")[1].split("<!-- tour:end -->")[0]
 COMMANDS = [text for kind, text in re.findall(r"^```(\w*)\n(.*?)^```$", TOUR, re.M | re.S) if not kind]
 LEFT = {
     "tour/drive/truth.csv", "tour/clip.bin", "marker3.pdf", "markers.pdf", "drawn", "detections.jsonl",
-    "harsh/scene.json", "curve/truth.csv", "pushed/score.json", "report.html", "before.json", "run.csv",
+    "harsh/scene.json", "curve/truth.csv", "lights/score.json", "report.html", "before.json", "run.csv",
     "run.mcap", "calibrated.json", "fit.png", "hall.json", "hall.png", "seen/messages.jsonl",
     "bag/metadata.yaml",
 }  # fmt: skip

@@ -51,19 +51,18 @@ def turn(result: Turn, mount: Mount) -> bytes:
     views[0].plot([0], [0], "+", color=COLOURS[2], label="lens")
     views[0].set_aspect("equal")
     views[0].set_title("seen from the lens, mm; image top is up", fontsize=10)
-    views[0].legend(fontsize=8, loc="upper right")
+    views[0].legend(fontsize=8, loc="lower center", ncols=3, bbox_to_anchor=(0.5, -0.25), columnspacing=1)
     for axis, name in enumerate(("forward", "left")):
         views[1].plot(result.headings_deg, result.residuals_mm[:, axis], ".", color=COLOURS[axis], label=name)
     views[1].axhline(0, color="#888888", linewidth=0.7)
     views[1].set_xlabel("direction of the marker, deg")
     views[1].set_ylabel("residual, mm")
     views[1].grid(True, linewidth=0.4)
-    views[1].legend(fontsize=8)
+    views[1].legend(fontsize=8, loc="lower center", ncols=2, bbox_to_anchor=(0.5, 1.0))
     if len(mount.path_mm):
         path = mount.path_mm
         views[2].plot(path[:, 0], path[:, 1], ".-", color=COLOURS[0])
-        views[2].plot(*path[0], "o", color=COLOURS[2], label="begin")
+        views[2].plot(*path[0], "o", color=COLOURS[2])
         views[2].set_aspect("equal")
-        views[2].set_title("the drive in the marker's axes, mm", fontsize=10)
-        views[2].legend(fontsize=8)
+        views[2].set_title("the drive in the marker's axes, mm; dot: begin", fontsize=10)
     return png(figure)

@@ -84,6 +84,8 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         camera_settings.write_file(args.output, values)
         print("settings written to %s" % args.output)
+        if not known:
+            print("all others are the defaults, without map and route: --settings begins with a camera's own")
     if args.send:
         with camera_settings.connected(args.port, args.baud) as client:
             sent = camera_settings.apply(client, camera_settings.read_all(client), work.changes)

@@ -195,10 +195,10 @@ class _Log:
                     self._note(message)
                 over = self._args.seconds is not None and now_s - start_s > self._args.seconds
                 if data is None or over or stopped():
-                    show(view.render(self._receiver.counters))
+                    show(lambda width: view.render(self._receiver.counters, width))
                     return
                 if now_s - shown_s >= _REFRESH_S:
-                    show(view.render(self._receiver.counters))
+                    show(lambda width: view.render(self._receiver.counters, width))
                     shown_s = now_s
 
     def _note(self, message):
@@ -250,14 +250,15 @@ class _Log:
 
 @contextlib.contextmanager
 def _display(quiet):
-    """A function that shows something in place of what it showed before; without a terminal, nothing."""
+    """A function that shows what another one makes for a width, in place of what it showed before; without a
+    terminal, nothing."""
     from rich.live import Live
 
     from larics_host.consoles import Console
 
     console = Console()
     if quiet or not console.is_terminal:
-        yield lambda content: None
+        yield lambda made: None
         return
     with Live(console=console, auto_refresh=False) as live:
-        yield lambda content: live.update(content, refresh=True)
+        yield lambda made: live.update(made(console.width), refresh=True)

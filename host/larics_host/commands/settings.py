@@ -20,6 +20,8 @@ larics settings diff --port /dev/ttyACM0 camera.json
 larics settings restore --port /dev/ttyACM0 camera.json --save
 """
 
+_TABLE_WIDE = 100  # letters; on a narrower terminal each setting has lines of its own
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
@@ -90,25 +92,35 @@ def _show(args, client, _):
     if args.json:
         print(json.dumps(values, indent=1))
         return 0
+    from rich.padding import Padding
     from rich.table import Table
+    from rich.text import Text
 
     from larics_host.consoles import Console
 
+    console = Console(width=None if sys.stdout.isatty() else 150)
+    is_narrow = console.width < _TABLE_WIDE
     table = Table(box=None, pad_edge=False)
     for heading in ("setting", "value", "unit", "allowed", "meaning"):
         table.add_column(heading, no_wrap=heading == "setting", overflow="fold")
     for field in FIELDS:
         if field.name not in values:
-            table.add_row(field.name, "-", style="dim")  # older firmware
-            continue
-        changed = list(values[field.name]) != list(field.default) if field.length else None
-        changed = values[field.name] != field.default if changed is None else changed
-        value = json.dumps(values[field.name])
-        allowed = field.range_text() if field.kind != "table" else "up to %d rows" % field.length
-        style = "bold" if changed else None
-        table.add_row(field.name, value, field.unit, allowed, field.meaning, style=style)
-    console = Console(width=None if sys.stdout.isatty() else 150)
-    console.print(table)
+            row, style = [field.name, "-", "", "", ""], "dim"  # older firmware
+        else:
+            value = values[field.name]
+            default = list(field.default) if field.length else field.default
+            is_default = (list(value) if field.length else value) == default
+            allowed = field.range_text() if field.kind != "table" else "up to %d rows" % field.length
+            row = [field.name, json.dumps(value), field.unit, allowed, field.meaning]
+            style = "" if is_default else "bold"
+        if is_narrow:
+            console.print(Text("%s = %s %s" % tuple(row[:3]), style=style))
+            more = Text("; ".join(filter(None, row[3:])), style="dim")
+            console.print(Padding(more, (0, 0, 0, 4), expand=False))
+        else:
+            table.add_row(*row, style=style)
+    if not is_narrow:
+        console.print(table)
     console.print("bold: not the default; -: not in the camera's firmware, which is older", style="dim")
     return 0
 

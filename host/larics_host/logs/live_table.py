@@ -60,6 +60,9 @@ def marker_row(message: Message) -> list[str]:
 
 
 HEADINGS = ("frame", "time s", "ID", "x mm", "y mm", "z mm", "heading deg", "margin", "age ms", "notes")
+_WANTED = ("ID", "x mm", "y mm", "heading deg", "margin", "notes", "age ms", "time s", "frame", "z mm")
+_NOTES_WIDE = 11  # letters at least; longer ones take more lines
+_BESIDE_CELL = 3  # two spaces and a line
 
 
 class LiveTable:
@@ -85,13 +88,31 @@ class LiveTable:
         elif message.name == "INFO":
             self._info = message.fields
 
-    def render(self, counters: Any) -> Group:
+    def render(self, counters: Any, width: int = 110) -> Group:
+        """width: letters of the terminal; columns that are not whole in it are left out."""
         table = Table(title="larics log %s" % self._source, title_justify="left")
-        for heading in HEADINGS:
-            table.add_column(heading, justify="left" if heading == "notes" else "right", no_wrap=True)
+        columns = self._columns(width)
+        for column in columns:
+            notes = HEADINGS[column] == "notes"
+            table.add_column(
+                HEADINGS[column], justify="left" if notes else "right", no_wrap=not notes, overflow="fold"
+            )
         for row in self._rows:
-            table.add_row(*row)
+            table.add_row(*(row[column] for column in columns))
         return Group(table, *self._lines(counters))
+
+    def _columns(self, width):
+        """Places of the columns that fit, asked for in the order in which they are wanted."""
+        chosen = []
+        width -= 1
+        for heading in _WANTED:
+            column = HEADINGS.index(heading)
+            cells = (HEADINGS, *self._rows)
+            letters = _NOTES_WIDE if heading == "notes" else max(len(row[column]) for row in cells)
+            if letters + _BESIDE_CELL <= width:
+                width -= letters + _BESIDE_CELL
+                chosen.append(column)
+        return sorted(chosen)
 
     def _lines(self, counters):
         lines = []

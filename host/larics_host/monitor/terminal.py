@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING
 
 from rich.columns import Columns
-from rich.console import Group
+from rich.console import Console, Group
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
@@ -24,7 +25,10 @@ _COLOURS = {
     "CARRIED": "bold black on yellow",
     "LOST": "bold white on red",
 }
-_VIEW = (46, 15)  # letters wide and high
+_VIEW = (46, 15)  # letters wide and high, at most
+_LEAST_VIEW = (24, 5)
+_FRAME = 4  # letters that a box takes beside what is in it
+_VALUES_WIDE = 40
 
 
 def _number(value, layout="%.1f"):
@@ -107,8 +111,35 @@ def _health_rows(state):
         yield "received", "%s, %d lost, %d damaged" % (counted(received, "message"), lost, damaged)
 
 
-def render(state: MonitorState, ended: str | None = None) -> Group:
-    """What rich shows of a MonitorState."""
+def _rows(part, width):
+    """How many lines a part takes that is so wide."""
+    console = Console(width=width, file=io.StringIO())
+    return len(console.render_lines(part, pad=False))
+
+
+def _boxes(state, values, width, rows):
+    """The view and the values beside it, or above it where that is too narrow, in so many lines; the values
+    alone where no view fits."""
+    if width >= _VALUES_WIDE + _FRAME + _LEAST_VIEW[0]:
+        view_wide = min(_VIEW[0], width - _VALUES_WIDE - _FRAME - 1)
+        view_high = max(_rows(values, _VALUES_WIDE - _FRAME), min(_VIEW[1], rows - 2))
+        caption, lines = draw_view(state, view_wide, view_high)
+        view = Panel(Text("\n".join(lines)), title=caption, title_align="left", width=view_wide + _FRAME)
+        yield Columns([view, Panel(values, width=_VALUES_WIDE, height=view_high + 2)])
+        return
+    values_wide = min(_VALUES_WIDE, width)
+    view_wide = min(_VIEW[0], width - _FRAME)
+    view_high = min(_VIEW[1], rows - 2 - _rows(values, values_wide - _FRAME) - 2)
+    if view_wide >= _LEAST_VIEW[0] and view_high >= _LEAST_VIEW[1]:
+        caption, lines = draw_view(state, view_wide, view_high)
+        yield Panel(Text("\n".join(lines)), title=caption, title_align="left", width=view_wide + _FRAME)
+    yield Panel(values, width=values_wide)
+
+
+def render(state: MonitorState, ended: str | None = None, size: tuple[int, int] = (110, 100)) -> Group:
+    """What rich shows of a MonitorState. size: letters wide and lines high; on a small terminal the view
+    shrinks, and the last events are fewer."""
+    width, height = size
     label = Text(
         " %s " % (state.state or "WAITING"), style=_COLOURS.get(state.state or "", "bold white on blue")
     )
@@ -116,20 +147,13 @@ def render(state: MonitorState, ended: str | None = None) -> Group:
     info = state.info
     if info:
         title.append("  %s, %dx%d px" % (info.board, info.width, info.height), style="dim")
-    caption, lines = draw_view(state, *_VIEW)
     values = [_grid(_marker_rows(state))]
     if state.pose:
         values += [Text(), _grid(_pose_rows(state))]
-    events = ["%9.2f s  %s" % event for event in list(state.events)[-4:]]
-    return Group(
-        title,
-        Columns(
-            [
-                Panel(Text("\n".join(lines)), title=caption, title_align="left", width=_VIEW[0] + 4),
-                Panel(Group(*values), width=40, height=_VIEW[1] + 2),
-            ]
-        ),
-        _grid(_health_rows(state)),
-        Text("\n".join(events), style="dim"),
-        Text("ended: %s" % ended, style="bold") if ended else Text("Ctrl-C ends", style="dim"),
-    )
+    health = _grid(_health_rows(state))
+    end = Text("ended: %s" % ended, style="bold") if ended else Text("Ctrl-C ends", style="dim")
+    left = height - sum(_rows(part, width) for part in (title, health, end))
+    boxes = list(_boxes(state, Group(*values), width, left - 1))
+    left -= sum(_rows(box, width) for box in boxes)
+    events = ["%9.2f s  %s" % event for event in list(state.events)[-max(1, min(4, left)) :]]
+    return Group(title, *boxes, health, Text("\n".join(events), style="dim"), end)
