@@ -13,6 +13,7 @@ from larics_host.connection.records import Marker, Motion
 from larics_host.errors import UserError
 from larics_host.logs import columns
 from larics_host.logs.columns import read_columns
+from larics_host.logs.log_reader import read_pieces
 from tools.survey_drives import Drive, World, drive, messages_of, write_log
 
 NAMES = ("MARKER", "MOTION")
@@ -117,6 +118,29 @@ def test_the_order_of_messages_of_all_types_is_kept(tmp_path):
         found = read_columns(write_log(tmp_path / name, one), NAMES)
         order = sorted((int(row["order"]), name) for name in NAMES for row in found[name])
         assert [m.MARKER if name == "MARKER" else m.MOTION for _, name in order] == sent
+
+
+@pytest.mark.parametrize("read", [columns_of, lambda path: list(read_pieces(path))])
+def test_bytes_that_end_within_a_message_are_told(read, tmp_path, capsys):
+    path = tmp_path / "a.bin"
+    path.write_bytes(wire())
+    read(path)
+    assert not capsys.readouterr().err
+    path.write_bytes(wire()[:-4])
+    read(path)
+    said = "larics: %s is cut off: it ends within a message; the rest is read\n"
+    assert capsys.readouterr().err == said % path
+
+
+@pytest.mark.parametrize("data", [b"hello\n", bytes(range(256)) * 9])
+def test_bytes_that_are_no_log_are_told_as_such(data, tmp_path, capsys):
+    (tmp_path / "a.bin").write_bytes(data)
+    with pytest.raises(UserError, match="holds no message, %d bytes: " % len(data)):
+        read_columns(tmp_path / "a.bin", NAMES)
+    assert not capsys.readouterr().err
+    encoder = Encoder()
+    (tmp_path / "a.bin").write_bytes(encoder.buffer[: encoder.encode(m.PING, [7])])
+    assert not any(map(len, read_columns(tmp_path / "a.bin", NAMES).values()))
 
 
 def test_progress_goes_up_to_the_size(tmp_path):

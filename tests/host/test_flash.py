@@ -422,11 +422,15 @@ def test_a_board_without_uname_says_what_it_is_all_the_same(board):
         assert session.identity()[0].startswith("linux")
 
 
-def test_a_port_without_a_board(capsys, monkeypatch):
+def test_a_port_without_a_board(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("larics_host.flash.session._RECONNECT_S", 1)
     monkeypatch.setattr(Session, "__enter__", lambda self: self.open(1))
     assert cli.main(["flash", "--port", "/dev/no-such-port"]) == 2
     assert "no port /dev/no-such-port" in capsys.readouterr().err
+    (tmp_path / "note.txt").write_text("hello")
+    for name in (str(tmp_path / "note.txt"), str(tmp_path), "/dev/null"):
+        assert cli.main(["flash", "--port", name]) == 2
+        assert "%s is no serial port" % name in capsys.readouterr().err
     with PtyPair() as cable:
         assert cli.main(["flash", "--port", cable.device_b]) == 2
     err = capsys.readouterr().err

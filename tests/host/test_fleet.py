@@ -207,6 +207,24 @@ def test_lost_messages_and_damage_are_counted(tmp_path, fleet):
     assert tally.lost == 7 and tally.damaged == 4
 
 
+def test_a_log_without_a_good_line_is_none(tmp_path, fleet, capsys):
+    (tmp_path / "bad.jsonl").write_text('abc\n{"x": 1}\n{"time_s": 1, "mess')
+    assert cli.main(["fleet", str(tmp_path / "bad.jsonl")]) == 2
+    err = capsys.readouterr().err
+    assert "bad.jsonl: none of its 3 lines is a message of larics log\n" in err and "could be read" in err
+    good = str(fleet / "logs" / "good" / "0.jsonl")
+    assert cli.main(["fleet", good, str(tmp_path / "bad.jsonl"), "--by", "file"]) == 1
+    text = capsys.readouterr()
+    assert "2 logs of 1 vehicle" in text.out and "bad.jsonl: none of its" in text.err
+    # in blocks of which one has a good line, it is a log
+    lines_of_good = (fleet / "logs" / "good" / "0.jsonl").read_text().splitlines()
+    with open(tmp_path / "bad.jsonl", "a") as file:
+        file.write("\n%s\n" % lines_of_good[0])
+    work = [Work(block, (), 10) for block in blocks(list_logs([str(tmp_path / "bad.jsonl")]), 20)]
+    tallies, counts, errors = vehicles((one.block, read_block(one)) for one in work)
+    assert len(work) > 2 and list(tallies) == list(counts) and len(tallies) == 1 and not errors
+
+
 def test_what_is_no_line_neither_fills_the_memory_nor_is_read_twice(tmp_path):
     path = tmp_path / "zeros.jsonl"
     path.write_bytes(bytes(6 << 20) + b"\n" + b'{"a": 1}\n')

@@ -209,11 +209,14 @@ def test_a_map_goes_to_a_real_firmware(tmp_path, capsys):
         (["check", "broken.json"], "broken.json is no JSON file"),
         (["check", "list.json"], "it has no list of markers"),
         (["check", "old.json"], "map of version 7, this is version 1"),
-        (["check", "odd.json"], "odd.json, marker 1: x_mm is 'a', not a number"),
+        (["check", "odd.json"], "odd.json, marker 1: x_mm is [], not a number"),
+        (["check", "text.json"], 'text.json, marker 1: id is the text "5": write a number, without quotes'),
+        (["build", "text.json", "-o", "x.json"], "text.json line 1 is not from larics log"),
+        (["build", "note.txt", "-o", "x.json"], "note.txt holds no message, 6 bytes: text (hello)"),
         (["check", "short.json"], "short.json, marker 2: heading_deg is missing"),
         (["create", "x.json"], "a map needs markers"),
-        (["create", "x.json", "--marker", "1,2"], "1,2 is not ID,X,Y,HEADING"),
-        (["create", "x.json", "--marker", "1,2,nan,0"], "y_mm is 'nan', not a number"),
+        (["create", "x.json", "--marker", "1,2"], "--marker 1,2: give ID,X,Y,DEG, such as 3,0,1500,90"),
+        (["create", "x.json", "--marker", "1,2,nan,0"], "--marker 1,2,nan,0: y_mm is 'nan', not a number"),
         (["create", "x.json", "--marker", "1.5,2,3,0"], "id is '1.5', not a whole number"),
         (["create", "x.json", "--marker", "65535,2,3,0"], "map[0] = [65535"),
         (["create", "x.json", "--marker", "1,2,3,0", "--route", "a"], "--route a is no list"),
@@ -232,12 +235,14 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     for name, data in (
         ("list", [1]),
         ("old", {"version": 7, "markers": []}),
-        ("odd", {"version": 1, "markers": [dict(one, x_mm="a")]}),
+        ("odd", {"version": 1, "markers": [dict(one, x_mm=[])]}),
+        ("text", {"version": 1, "markers": [dict(one, id="5")]}),
         ("short", {"version": 1, "markers": [one, {"id": 2, "x_mm": 1, "y_mm": 2}]}),
         ("empty", {"version": 1, "markers": []}),
     ):
         (tmp_path / (name + ".json")).write_text(json.dumps(data))
     (tmp_path / "broken.json").write_text("{")
+    (tmp_path / "note.txt").write_text("hello\n")
     (tmp_path / "lonely.jsonl").write_text(
         "".join(marker_line(k, 0, 1, 1 + k // 9, 0, 0, 0) for k in range(18))
     )

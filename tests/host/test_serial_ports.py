@@ -100,7 +100,7 @@ def test_a_real_port_is_closed_to_others_and_to_who_had_it_before(monkeypatch):
         monkeypatch.setattr(serial_ports, "holders", lambda port: ["minicom (process 7)"])
         with pytest.raises(UserError, match=r"in use by minicom \(process 7\): two programs"):
             serial_ports.open_port(cable.device_a, 115200, 0.1)
-        assert not serial_ports.is_busy(cable.device_a)  # nothing stays locked
+        assert not serial_ports.why_shut(cable.device_a)  # nothing stays locked
 
 
 def info(device, vid=None, pid=None, serial_number=None):

@@ -171,6 +171,8 @@ def test_without_lines_it_tells_the_functions(faulty, tmp_path, monkeypatch, cap
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     assert cli.main(["traceback", str(tmp_path / "said.txt")]) == 2
     assert "no small-heap build was made here" in capsys.readouterr().err
+    assert cli.main(["traceback", str(tmp_path / "none")]) == 2  # what was named is missing, too: that first
+    assert "cannot read %s" % (tmp_path / "none") in capsys.readouterr().err
     kept = tracebacks.save("0123", made.names)
     assert cli.main(["traceback", str(tmp_path / "said.txt")]) == 0
     told = capsys.readouterr().out

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from larics_host.errors import UserError
+from larics_host import files
 
 NAME = "traceback"
 HELP = "translate a traceback of a board with little memory into the names of the sources"
@@ -27,10 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from larics_host.flash import tracebacks
 
+    said = files.read_bytes(args.file).decode(errors="replace") if args.file else None
     names = tracebacks.load(Path(args.names) if args.names else None)
-    try:
-        text = Path(args.file).read_text(errors="replace") if args.file else sys.stdin.read()
-    except OSError as error:
-        raise UserError("%s: %s" % (args.file, error.strerror)) from error
-    sys.stdout.write(tracebacks.translate(text, names))
+    sys.stdout.write(tracebacks.translate(sys.stdin.read() if said is None else said, names))
     return 0

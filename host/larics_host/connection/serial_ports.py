@@ -87,27 +87,37 @@ def busy_text(port: str, others: Iterable[str] = ()) -> str:
     )
 
 
-def is_busy(port: str) -> bool:
-    """Whether somebody else has locked the port."""
+def why_shut(port: str) -> str:
+    """What keeps a port shut for good: somebody else has it, or it is none; empty where it may yet open."""
     try:
         serial.Serial(port, exclusive=True).close()
     except (serial.SerialException, OSError, ValueError) as error:
-        return getattr(error, "errno", None) in _BUSY
-    return False
+        if getattr(error, "errno", None) in _BUSY:
+            return busy_text(port, holders(port))
+        return why_no_port(port, error) if os.path.exists(port) else ""
+    return ""
 
 
-def _why_not_open(port, error):
+def why_no_port(port: str, error: Exception | None = None) -> str:
+    """What is said of a name that is no serial port's, error: by which opening it failed; empty where it may
+    be one."""
+    if "://" in port:
+        return ""
     if not os.path.exists(port) and ("/" in port or os.name == "posix"):
         found = ", ".join(item.device for item in list_ports.comports()) or "none"
         return "no port %s (serial ports here: %s)" % (port, found)
+    other = "(%d, " % errno.ENOTTY in str(error)  # a device, such as /dev/null, without a line's settings
+    if other or (os.path.exists(port) and not stat.S_ISCHR(os.stat(port).st_mode)):
+        return "%s is no serial port" % port
+    return ""
+
+
+def _why_not_open(port, error):
     if getattr(error, "errno", None) in _BUSY or (os.name == "nt" and "PermissionError" in str(error)):
         return busy_text(port, holders(port))
     if isinstance(error, PermissionError) or getattr(error, "errno", None) == errno.EACCES:
         return "no permission to open %s: add your user to the group that owns it (often dialout)" % port
-    other = "(%d, " % errno.ENOTTY in str(error)  # a device, such as /dev/null, without a line's settings
-    if other or (os.path.exists(port) and not stat.S_ISCHR(os.stat(port).st_mode)):
-        return "%s is no serial port" % port
-    return "cannot open the port %s: %s" % (port, str(error).splitlines()[0])
+    return why_no_port(port, error) or "cannot open the port %s: %s" % (port, str(error).splitlines()[0])
 
 
 class Identity(NamedTuple):

@@ -39,17 +39,18 @@ class Session:
         A program with a running watchdog restarts the board, into safe mode; then the port goes away and
         comes back, so several attempts are made."""
         end_s = time.monotonic() + limit_s
-        if self.port.startswith("/dev/") and not os.path.exists(self.port):
-            raise UserError("no port %s" % self.port)
+        nothing = serial_ports.why_no_port(self.port)
+        if nothing:
+            raise UserError(nothing)
         while True:
             try:
                 self._connect()
                 return self
             except _TROUBLE as error:
                 self.close()
-                if serial_ports.is_busy(self.port):
-                    others = serial_ports.holders(self.port)
-                    raise UserError(serial_ports.busy_text(self.port, others)) from error
+                shut = serial_ports.why_shut(self.port)
+                if shut:
+                    raise UserError(shut) from error
                 if time.monotonic() > end_s:
                     text = "%s does not answer: is a MicroPython board there?" % self.port
                     raise UserError(text) from error

@@ -21,6 +21,7 @@ from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, lines, local_copy
 from larics_host.fleet.track import Landmark, Off, Track
 from larics_host.logs.log_reader import possible_time, read_pieces
+from larics_host.wording import counted
 
 _HEAD = re.compile(
     rb'\s*\{"time_s": ([-\d.e]+), "time": (?:null|"([^"]*)"), "message": "(\w+)", "sequence": (\d+)[,}]'
@@ -343,6 +344,8 @@ def vehicles(told: Iterator[tuple[Block, Told]]) -> tuple[dict[str, Tally], dict
     tallies: dict[str, Tally] = {}
     logs: dict[str, set[str]] = defaultdict(set)
     errors = []
+    none_good: dict[str, int] = {}  # log: its damaged lines
+    good: set[str] = set()
     before = None
     for block, one in told:
         if one.tally is None:
@@ -353,4 +356,15 @@ def vehicles(told: Iterator[tuple[Block, Told]]) -> tuple[dict[str, Tally], dict
         logs[source.vehicle].add(source.name)
         tallies.setdefault(source.vehicle, Tally()).add(one.tally, before == source.name)
         before = source.name
-    return tallies, {vehicle: len(names) for vehicle, names in logs.items()}, errors
+        if one.tally.first is not None:
+            good.add(source.name)
+        elif one.tally.damaged:
+            none_good[source.name] = none_good.get(source.name, 0) + one.tally.damaged
+    for name, damaged in none_good.items():
+        if name not in good:
+            errors.append("%s: none of its %s is a message of larics log" % (name, counted(damaged, "line")))
+    lost = none_good.keys() - good
+    for vehicle, names in logs.items():
+        if names <= lost:
+            del tallies[vehicle]
+    return tallies, {vehicle: len(logs[vehicle]) for vehicle in tallies}, errors

@@ -19,7 +19,7 @@ from larics.wire.framing import LIMIT
 from larics_host import files
 from larics_host.connection.receiver import values_of
 from larics_host.errors import UserError
-from larics_host.logs.log_reader import Damage, kind_of, read_records
+from larics_host.logs.log_reader import Damage, kind_of, read_pieces, read_records, tell_cut
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -50,6 +50,10 @@ def read_columns(
         found[name].append(array)
     if not path.stat().st_size:
         raise UserError("%s is empty" % path)
+    if kind_of(path) == ".bin":
+        if not any(len(array) for arrays in found.values() for array in arrays):
+            next(read_pieces(path))  # what is no log at all is told as such
+        tell_cut(path)
     return {name: np.concatenate([np.zeros(0, _dtype(name)), *arrays]) for name, arrays in found.items()}
 
 

@@ -6,6 +6,7 @@ PREFIX.bin with every byte as it came and PREFIX.mcap with every message.
 
 from __future__ import annotations
 
+import os
 import struct
 import time
 from collections.abc import Callable, Generator, Iterator
@@ -61,7 +62,7 @@ class Damage:
     def bad(self, number: int, why: str, cut: bool = False) -> None:
         self._bad += 1
         if self._first is None:
-            self._first = "%s %d %s" % (self._unit, number, "is cut off" if cut else why)
+            self._first = "%s %d %s" % (self._unit, number, "is cut off" if cut and self._good else why)
         if not self._good and self._bad >= self._GIVE_UP:
             self.tell()
 
@@ -309,10 +310,21 @@ def _pieces_of_bytes(path):
                         waiting.clear()
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
+    if receiver.counters.messages:
+        tell_cut(path)
     if waiting and not receiver.counters.messages:
         raise UserError("%s holds no message, %s" % (path, watch.explain(receiver.counters)))
     if waiting:
         yield Piece(None, bytes(waiting))
+
+
+def tell_cut(path: StrPath) -> None:
+    """Reports where raw bytes end within a message, as they do when the program or the power ended."""
+    with open(path, "rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(size - 1, 0))
+        if file.read(1) not in (b"", b"\0"):
+            report("%s is cut off: it ends within a message; the rest is read" % path)
 
 
 def _times(path):

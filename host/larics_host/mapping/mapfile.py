@@ -73,8 +73,9 @@ class Map:
         return [marker.row() for marker in self.markers]
 
 
-def _marker(values, where):
-    """A Marker of a dict of texts or numbers; UserError with `where` in front."""
+def _marker(values, where, as_texts=False):
+    """A Marker of a dict of numbers, or of what stands for them in a file of texts; UserError with `where` in
+    front."""
     unknown = [name for name in values if name not in _FIELDS]
     if unknown:
         raise UserError("%s: unknown %s; a marker has %s" % (where, unknown[0], ", ".join(_FIELDS)))
@@ -86,6 +87,9 @@ def _marker(values, where):
                 raise UserError("%s: %s is missing" % (where, name))
             numbers[name] = None
             continue
+        if isinstance(value, str) and not as_texts:
+            text = "%s: %s is the text %s: write a number, without quotes"
+            raise UserError(text % (where, name, json.dumps(value)))
         try:
             numbers[name] = float(value)
         except (TypeError, ValueError):
@@ -107,11 +111,11 @@ def _marker(values, where):
 
 
 def parse_marker(text: str) -> Marker:
-    """A Marker of "ID,X,Y,HEADING[,HEIGHT[,RADIUS[,SIGMA[,SIGMA_DEG]]]]"."""
-    parts = text.split(",")
+    """A Marker of the option --marker, "ID,X,Y,HEADING[,HEIGHT[,RADIUS[,SIGMA[,SIGMA_DEG]]]]"."""
+    parts, option = text.split(","), "--marker %s" % text
     if not len(_REQUIRED) <= len(parts) <= len(_FIELDS):
-        raise UserError("%s is not ID,X,Y,HEADING with height and radius if need be" % text)
-    return _marker(dict(zip(_FIELDS, parts, strict=False)), text)
+        raise UserError("%s: give ID,X,Y,DEG, such as 3,0,1500,90; HEIGHT and RADIUS may follow" % option)
+    return _marker(dict(zip(_FIELDS, parts, strict=False)), option, as_texts=True)
 
 
 def _route(ids, where):
@@ -155,7 +159,7 @@ def read_map(path: StrPath) -> Map:
 def read_csv(path: StrPath) -> list[Marker]:
     """Markers of a survey: a CSV with the columns id, x_mm, y_mm, heading_deg and, if need be, the others."""
     rows = read_rows(path, _FIELDS, _REQUIRED, "a survey")
-    return [_marker(row, "%s line %d" % (path, number)) for number, row in rows]
+    return [_marker(row, "%s line %d" % (path, number), as_texts=True) for number, row in rows]
 
 
 def write_map(path: StrPath, hall: Map) -> None:
