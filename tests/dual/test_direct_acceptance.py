@@ -2,10 +2,12 @@
 
 from array import array
 
+from larics.detect.detector import Detector
 from larics.direct.acceptance import Acceptance
 from larics.kernels import layouts
 from larics.marker import verdicts
 from larics.marker.id_set import id_set
+from marker_drawing import draw
 
 BIAS = layouts.BIAS
 RADIUS_Q8 = 7680  # 30 px
@@ -47,7 +49,7 @@ class Lines:
         self.line = array("i", [0] * layouts.CROSSING_ITEMS)
         self.line[layouts.CROSSING_AREA] = 256
         self.line[layouts.CROSSING_SLOPE_MOST] = 100
-        self.second_q8 = self.end_q8 = self.angle_turn16 = 0
+        self.second_q8 = self.end_q8 = self.stroke_q8 = self.angle_turn16 = 0
         self.code_inside = 1
         self.code = array("i", [0] * (8 * layouts.POSITION_ITEMS))
         for position in range(8):
@@ -563,6 +565,41 @@ def test_an_empty_bit_beside_a_weak_ring_is_not_believed():
                         weak += area == 257 and sector % 16 in (7, 8, 9)
                     expected = verdicts.ID_UNCERTAIN if weak >= least else verdicts.ACCEPTED
                     assert code_verdict(lines, rings)[0] == expected, (depth, grey, stray, first, count, area)
+
+
+def test_an_empty_bit_beside_a_hidden_ring_is_doubted_where_a_bar_hides_the_other_side_as_well():
+    for area, expected in (
+        (625, verdicts.ID_UNCERTAIN),  # 160/256 of the rings' area
+        (626, verdicts.ACCEPTED),
+        (0, verdicts.ACCEPTED),  # a line lies there
+    ):
+        for sector in (15, 0, 1, 2, 14):
+            rings = Rings()
+            rings.inner_means[16 + 8] = 257
+            rings.inner_means[16 + sector] = area
+            found = code_verdict(Lines(5), rings)[0]
+            assert found == (verdicts.ACCEPTED if sector in (2, 14) else expected), (area, sector)
+            rings.inner_means[16 + 8] = 258
+            assert code_verdict(Lines(5), rings)[0] == verdicts.ACCEPTED
+
+
+def test_a_stroke_that_goes_on_between_the_rings_is_no_coding_line():
+    lines = Lines(5)
+    lines.stroke_q8 = 200
+    assert code_verdict(lines)[:2] == (verdicts.ACCEPTED, 5)
+    lines.stroke_q8 = 201
+    assert code_verdict(lines)[:2] == (verdicts.ID_UNCERTAIN, -1)
+    # in a frame: a stroke where a marker 1 has no coding line, as long as one, and longer
+    finder = Detector(136, 128, 23, 30)
+    for end, expected in ((14, 5), (25, -1)):
+        frame = draw(136, 128, 1, 1085, 1022, 430, 1000)
+        for y in range(64 - end, 60):
+            for x in range(60, 70):
+                along = -178 * (x - 68) - 1008 * (y - 64)
+                across = 1008 * (x - 68) - 178 * (y - 64)
+                if 5120 < along < end << 10 and -2048 < across < 2048:
+                    frame[y * 136 + x] = 40
+        assert [found.marker_id for found in finder.detect(frame)] == [expected], end
 
 
 def test_a_pose_without_an_id_needs_a_larger_margin():

@@ -14,8 +14,10 @@ RADIUS, WIDTH = 30.0, 3.5  # px
 BIAS = layouts.BIAS
 
 
-def drawn(cx, cy, angle, bits=(2, 6), line_end=46.0):
-    """A frame with rings, an orientation line and coding lines (positions counterclockwise from it)."""
+def drawn(cx, cy, angle, bits=(2, 6), line_end=46.0, code_end=16.0, shadow=1.0):
+    """A frame with rings, an orientation line and coding lines (positions counterclockwise from it).
+
+    shadow: how bright what lies clockwise of the orientation line and of the opposite direction is."""
     fine = 6
     grid = (np.arange(SIZE * fine) + 0.5) / fine - 0.5
     x, y = np.meshgrid(grid - cx, grid - cy)
@@ -26,9 +28,10 @@ def drawn(cx, cy, angle, bits=(2, 6), line_end=46.0):
         turn = angle - position * math.pi / 4  # clockwise, as y points down
         along = x * math.cos(turn) + y * math.sin(turn)
         across = np.abs(y * math.cos(turn) - x * math.sin(turn))
-        first, last = (5.0, 16.0) if position else (RADIUS, line_end)
+        first, last = (5.0, code_end) if position else (RADIUS, line_end)
         dark |= (across < WIDTH / 2) & (along > first) & (along < last)
-    picture = np.where(dark, 60.0, 200.0).reshape(SIZE, fine, SIZE, fine).mean(axis=(1, 3))
+    light = np.where(y * math.cos(angle) - x * math.sin(angle) > 0, shadow, 1.0)
+    picture = (np.where(dark, 60.0, 200.0) * light).reshape(SIZE, fine, SIZE, fine).mean(axis=(1, 3))
     return fixed.frame_view(picture.round().astype(np.uint8).tobytes())
 
 
@@ -153,3 +156,26 @@ def test_positions_inside_the_rings(bits):
     assert not code.code_positions(
         0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, fit, shape(), 0, found
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("code_end, shadow", [(16.0, 1.0), (28.0, 1.0), (16.0, 0.5)])
+def test_what_goes_on_between_the_rings(code_end, shadow):
+    between = shape()
+    between[layouts.SHAPE_BEYOND] = 853
+    positions = array("i", [0] * (8 * layouts.POSITION_ITEMS))
+    for degrees in (0, 33, 200):
+        # position 4 lies on the shadow's edge
+        frame = drawn(80.3, 77.6, math.radians(degrees), (2, 4), code_end=code_end, shadow=shadow)
+        turn16 = round(degrees * 65536 / 360)
+        for position in (2, 4, 6):
+            for slot in range(layouts.POSITION_NEAR_MEAN, len(positions), layouts.POSITION_ITEMS):
+                positions[slot] = BIAS + 125
+                positions[slot + 1] = BIAS + (125 if slot // layouts.POSITION_ITEMS == position else 124)
+            found = code.stroke_beyond(
+                0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, pose(80.3, 77.6, area=ink()), between, turn16,
+                positions,
+            )  # fmt: skip
+            if code_end > 20 and position < 6:
+                assert 210 <= found <= 300, (degrees, position)
+            else:
+                assert found <= 20, (degrees, position)

@@ -38,6 +38,7 @@ _UNEVEN_DEVIATION = const(160)  # of both rings together, 1/1024 px, and 1/64 of
 _RING_DEVIATION = const(5)
 _RING_USED = const(6)
 _LIGHT_ITEMS = const(6)  # items as in kernels.layouts
+_STROKE_MOST = const(200)  # what goes on between the rings beyond a coding line, 256 = as dark as they
 _IN_DOUBT = const(8)  # instead of an ID
 
 
@@ -110,6 +111,8 @@ class Acceptance:
             marker_id = code_kernels.code_rules(
                 self._rules, lines.code, self._light, rings.fit, rings.inner_means, lines.angle_turn16
             )
+            if lines.stroke_q8 > _STROKE_MOST:
+                marker_id = _IN_DOUBT
             is_clean = self._hold(4)
             self.lines_margin = self.margin
         if cells is not None:

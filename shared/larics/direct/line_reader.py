@@ -70,6 +70,8 @@ class LineReader:
     second_q8          area of another direction that is straight and ends as a line, 256 = as the line's
     end_q8             darkness beyond the line's ends, outside and between the rings, where the plate must be
                        white, 256 = as dark as it
+    stroke_q8          darkness of what goes on between the rings beyond a coding line that is seen, as cables
+                       and scratches do, 256 = as the rings
     code_inside        whether all eight positions lie inside the frame
     code               array of 8 * kernels.layouts: POSITION
     """
@@ -110,7 +112,7 @@ class LineReader:
         self.line = array("i", bytes(4 * _CROSSING_ITEMS))
         self.code = array("i", bytes(4 * _POSITION_ITEMS * POSITIONS))
         self.code_inside = 1
-        self.angle_turn16 = self.rivals = self.second_q8 = self.end_q8 = 0
+        self.angle_turn16 = self.rivals = self.second_q8 = self.end_q8 = self.stroke_q8 = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -286,3 +288,10 @@ class LineReader:
         self.code_inside = code.code_positions(
             0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self._shape, self.angle_turn16, self.code
         )
+
+    @micropython.native
+    def follow_code(self, frame, rings):
+        """Looks between the rings for what goes on there beyond the coding lines that `read_code` saw."""
+        self.stroke_q8 = code.stroke_beyond(
+            0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self._end_shapes[1], self.angle_turn16, self.code
+        )  # fmt: skip

@@ -165,6 +165,7 @@ class DirectReader:
         cells = self.cells
         if cells is not None and not cells.measure_direct(frame, rings, lines, uneven):
             return verdicts.POOR_RINGS
+        lines.follow_code(frame, rings)
         verdict = acceptance.code(lines, rings, cells, self.is_turned)
         if uneven and verdict == verdicts.ID_UNCERTAIN:
             return verdicts.POOR_RINGS

@@ -18,6 +18,7 @@ _FIT_WIDTH = const(20)
 _FIT_HEIGHT = const(21)
 _SHAPE_WINDOW = const(2)
 _SHAPE_LINE = const(3)
+_SHAPE_BEYOND = const(5)
 _SHAPE_CODE_FIRST = const(11)
 _SHAPE_CODE_LAST = const(12)
 _SHAPE_CODE_RADII = const(13)
@@ -29,6 +30,8 @@ _POSITION_FAR_MEAN = const(3)
 _POSITION_LEVEL = const(4)
 _POSITION_ROUGH = const(5)
 _POSITION_ITEMS = const(6)
+_STROKE_STEP_Q10 = const(41)  # of the radius, between samples across a stroke
+_LINE_SEEN = const(2 * _BIAS + 250)  # of both halves of a position with a line
 
 
 @micropython.viper
@@ -152,3 +155,60 @@ def code_positions(
         sine = ((sine - cosine) * 11585) >> 14
         cosine = turned
     return 1
+
+
+@micropython.viper
+def stroke_beyond(
+    x: int, y: int, value: int, image: ptr8, log: ptr16, circle: ptr16, fit: ptr32, shape: ptr32, angle: int,
+    code: ptr32,
+) -> int:  # fmt: skip
+    """How dark the darkest stroke is that goes on between the rings beyond a coding line, 256 = as they are.
+
+    Looked at is each of three positions of `code` (as from `code_positions`) that is as dark as a line. Of
+    seven pixels across, at the radius that `shape` (SHAPE) gives beyond a line's end: the darkest of the
+    middle three below the lighter of the two outermost, on the darker side: an edge is none. Less where some
+    lie outside the frame. fit: FIT, area 0..2**20; angle: of the first position, clockwise, 0..65535 of a
+    turn; circle: fixed.COSINE."""
+    width = int(fit[_FIT_WIDTH])
+    outer = int(fit[_FIT_RADIUS_Q8])
+    darkest = 0
+    slot = 2 * _POSITION_ITEMS
+    while slot < 8 * _POSITION_ITEMS:
+        angle = (angle - 16384) & 65535
+        if int(code[slot + _POSITION_NEAR_MEAN]) + int(code[slot + _POSITION_FAR_MEAN]) >= _LINE_SEEN:
+            i = ((angle + 128) >> 8) & 255
+            cosine = int(circle[i]) - 32768
+            sine = 32768 - int(circle[(i + 64) & 255])
+            side = 0 - outer * 3
+            before = 0
+            dark = 1 << 16
+            after = 0
+            i = 0
+            while i < 7:
+                # the radius and, across, 6 mm of 150
+                value = (outer * int(shape[_SHAPE_BEYOND])) >> 10
+                y = (side * _STROKE_STEP_Q10) >> 10
+                x = (cosine * value - sine * y) >> 14
+                y = (sine * value + cosine * y) >> 14
+                x = (((int(fit[_FIT_TRUE_X_Q10]) - (_BIAS - 514)) >> 2) + x) >> 8
+                y = (((int(fit[_FIT_TRUE_Y_Q10]) - (_BIAS - 514)) >> 2) + y) >> 8
+                value = 0
+                if x >= 0 and y >= 0 and x < width and y < int(fit[_FIT_HEIGHT]):
+                    value = int(log[int(image[y * width + x])])
+                if i < 2:
+                    if value > before:
+                        before = value
+                elif i > 4:
+                    if value > after:
+                        after = value
+                elif value < dark:
+                    dark = value
+                side += outer
+                i += 1
+            if after < before:
+                before = after
+            if before - dark > darkest:
+                darkest = before - dark
+        slot += 2 * _POSITION_ITEMS
+    value = (int(fit[_FIT_AREA]) << 8) // ((outer * int(shape[_SHAPE_LINE])) >> 10) + 1
+    return (darkest << 8) // value

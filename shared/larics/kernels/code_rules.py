@@ -71,7 +71,8 @@ _EDGE_GLARE = const(15)  # or it has none and is so much brighter than the mean:
 _HALF_LEAST = const(60)  # where that of a half is less, each half's below the mean of the sides;
 _STRAY_MOST = const(150)  # and what must be empty strays no more
 _WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area,
-_HIDDEN_DEPTH = const(20)  # or some of it, and the 0 is as empty as this and not bright;
+_HIDDEN_DEPTH = const(20)  # or some of it, and the 0 is as empty as this and not bright,
+_CROSSED_Q8 = const(160)  # unless across the centre a ring shows no more, as a bar hides both,
 _DIM_Q8 = const(185)  # this where it is rough: a bright cable crosses both
 
 
@@ -254,18 +255,24 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
                 if depth > 0:
                     signs = 2
             weak = (int(fit[_FIT_AREA]) * weak) >> 8
+            crossed = (int(fit[_FIT_AREA]) * _CROSSED_Q8) >> 8
             hidden = 0
+            opposite = 0
             sector = (((angle - bit * 16384) >> 12) & 15) + 15
             last = sector + 2
             while sector <= last:
                 if int(inner_means[16 + (sector & 15)]) <= weak:
                     hidden += 1
+                # across the centre; 0 where a line was expected
+                value = int(inner_means[16 + ((sector + 8) & 15)])
+                if value > 0 and value <= crossed:
+                    opposite = 1
                 sector += 1
             if hidden:
                 signs += 1
                 if hidden > 2 or bright > _HIGH or depth > _HIDDEN_DEPTH:
                     signs = 2
-                if int(light[_LIGHT_STRAY]) > _UNEVEN:
+                if opposite or int(light[_LIGHT_STRAY]) > _UNEVEN:
                     signs = 2
             if signs > 1:
                 doubt = 1
