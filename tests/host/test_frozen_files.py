@@ -165,3 +165,8 @@ def test_every_place_tells_one_version():
         for path, pattern in places.items()
     }
     assert told == dict.fromkeys(places, larics.__version__)
+    pages = [ROOT / "README.md", ROOT / "ros2" / "README.md", *(ROOT / "docs").rglob("*.md")]
+    wheels = [
+        name for page in pages for name in re.findall(r"larics-([\w.]+)-py3-none-any", page.read_text())
+    ]
+    assert len(wheels) > 5 and set(wheels) == {larics.__version__}

@@ -107,6 +107,18 @@ def test_the_readmes_python_runs_and_prints_what_it_says():
     assert (result.returncode, result.stdout, result.stderr) == (0, said, "") and "ID 1513" in said
 
 
+def test_the_readme_tells_the_lines_share_as_the_wires_page_does():
+    rates = (ROOT / "docs" / "wire.md").read_text().split("begin rates")[1]
+    slow, fast = re.search(
+        r"^\| MARKER, POSE, STATUS \| \d+ \| (.+?) \| (.+?) \|", rates, re.MULTILINE
+    ).groups()
+    text = " ".join((ROOT / "README.md").read_text().split())
+    assert (
+        "one marker, the pose and STATUS take %s of a line of 115200 baud, %s of 921600" % (slow, fast)
+        in text
+    )
+
+
 def test_the_letters_of_the_states_are_explained():
     text = " ".join((ROOT / "docs" / "wire.md").read_text().split())
     words = {m.TRACKING: "T (tracking)", m.COASTING: "C (coasting)"}
