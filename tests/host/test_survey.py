@@ -381,10 +381,14 @@ def test_several_moves_told_by_single_readings_are_slips(monkeypatch):
     def tried(graph, number, earlier, later, former):
         graph.places[former] = graph.places[number]
         earlier[0].place = former
-        return 500.0
+        return moved_mm[number]
 
+    moved_mm = {0: 300.0, 1: 500.0}
     monkeypatch.setattr(moves, "_tried", tried)
     assert moves.find_moves(graph, places) == [] and sorted(places) == [0, 1, 2]
     assert sorted(graph.places) == [0, 1, 2] and [one.place for one in graph.readings] == [0] * 4 + [1] * 4
-    graph.readings = graph.readings[:4]
+    moved_mm[0] = 200.0  # one that stands out is no slip
+    assert [move.id for move in moves.find_moves(graph, places)] == [2]
+    assert [one.place for one in graph.readings] == [0] * 4 + [3] + [1] * 3
+    graph.readings, graph.places = graph.readings[:4], {0: (0.0, 0.0, 0.0)}
     assert [move.id for move in moves.find_moves(graph, places)] == [1]

@@ -24,6 +24,7 @@ _ODD_SHARE = 0.15  # of its readings, or one of at least four, may not go with t
 _NEIGHBOUR = 2.0  # gates that a reading of another marker may be off: two slips in a row, not the move
 _NEAR = 2  # passages beside one, whose readings have to agree
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
+_STANDS_OUT = 2.0  # times as large as any other that a single reading tells of: no slip, as the others are
 _SLIP_MM, _SLIP_MOST_MM = 10.0, 30.0  # of a wheel
 _AGREE_MM = 400.0  # readings of a side
 
@@ -40,23 +41,26 @@ def find_moves(graph: Graph, places: dict[int, Place]) -> list[Move]:
     """Gives places that were moved a second number for where they were before, which graph and places get,
     and returns the Moves; the graph is solved.
 
-    Somebody moves one marker; where several single readings tell of moves, there were slips."""
+    Somebody moves one marker; where several single readings tell of moves, there were slips, unless one is by
+    far the largest."""
     before = [(one, one.place, one.used) for one in graph.readings]
     known = dict(graph.places), dict(graph.poses), dict(graph.shares)
-    found, singles = _found(graph, places, True)
-    if singles > 1:
+    found, singles = _found(graph, places, set(graph.places))
+    if len(singles) > 1:
         for one, place, used in before:
             one.place, one.used = place, used
         graph.places, graph.poses, graph.shares = known
         for move in found:
             del places[move.former]
-        found, _ = _found(graph, places, False)
+        (mm, likely), (next_mm, _), *_ = sorted(singles, reverse=True)
+        found, _ = _found(graph, places, {likely} if mm > _STANDS_OUT * next_mm else set())
     return found
 
 
 def _found(graph, places, may_be_single):
-    """(Moves, how many of them a single reading tells of)."""
-    found, singles = [], 0
+    """(Moves, [(mm, place)] of those that a single reading tells of, which only some places may have)."""
+    found: list[Move] = []
+    singles: list[tuple[float, int]] = []
     for number in list(graph.places):
         mine = [one for one in graph.readings if one.place == number and (one.used or _alone(graph, one))]
         apart = _split(graph, sorted(mine, key=lambda one: one.passage))
@@ -65,13 +69,13 @@ def _found(graph, places, may_be_single):
         former = max(places) + 1
         for earlier, later in _variants(*apart):
             is_single = min(len(earlier), len(later)) < _ENOUGH
-            if is_single and not may_be_single:
+            if is_single and number not in may_be_single:
                 continue
             mm = _tried(graph, number, earlier, later, former)
             if mm is not None:
                 places[former] = places[number]
                 found.append(Move(places[number].id, mm, former))
-                singles += is_single
+                singles += [(mm, number)] * is_single
                 break
     return found, singles
 
