@@ -3,13 +3,14 @@
 import json
 import math
 import re
+from collections import Counter
 
 import cv2
 import numpy as np
 import pytest
 
 from larics_host import cli
-from larics_host.mapping import build, layout, moves, slips
+from larics_host.mapping import build, layout, moves, settle, slips
 from larics_host.mapping.association import Found
 from larics_host.mapping.collect import collect
 from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
@@ -339,6 +340,17 @@ def test_a_split_may_leave_out_one_reading_of_four():
     assert moves._split(graph, [_read(0, False, 60.0), _read(1, True), _read(2, False, 300.0)]) is None
     graph.poses[4] = (0.0, 0.0, 0.0)
     assert moves._split(graph, [_read(k, k % 2 == 1, 300.0) for k in range(5)]) is None
+
+
+def test_what_is_taken_back_stays_until_slips_were_sought():
+    """The slip that explains a reading is found only with it; it is surprising until then."""
+    graph = Graph(poses={k: (0.0, 0.0, 0.0) for k in range(4)}, places={0: (0.0, 0.0, 0.0)})
+    graph.readings = [_read(0, True), _read(1, True), _read(2, True), _read(3, False, 80.0)]
+    flips, returned = Counter(), set()
+    for square, used in ((70.0, True), (2400.0, True), (2400.0, False), (7.0, True), (3.0, True)):
+        surprises = np.array([1.0, 1.0, 1.0, square])
+        changed = settle._set_aside(graph, surprises, flips, returned, 1000.0, 150.0)
+        assert changed == (square != 3.0) and [one.used for one in graph.readings] == [True] * 3 + [used]
 
 
 def test_a_neighbour_may_have_slipped_where_a_marker_was_moved():

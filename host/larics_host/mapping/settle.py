@@ -42,6 +42,7 @@ def settle(
     markers that were moved are known, so that slips have to explain what is still read beside its place."""
     back = _TAKEN_BACK_LAST if is_last else _TAKEN_BACK
     flips: Counter[int] = Counter()
+    returned: set[int] = set()
     calm = False
     for turn in range(_ROUNDS):
         _drop_unread(graph)
@@ -51,7 +52,7 @@ def settle(
         changed = _set_links_aside(graph)
         marginals = graph.marginals()
         changed |= _set_aside(
-            graph, graph.surprises(marginals), flips, _GATE_CALM if calm else _GATE_FIRST, back
+            graph, graph.surprises(marginals), flips, returned, _GATE_CALM if calm else _GATE_FIRST, back
         )
         weighed = weigh(graph, marginals)
         progress(done + 0.25 * (turn + 1) / _ROUNDS)
@@ -113,11 +114,13 @@ def _set_links_aside(graph):
     return changed
 
 
-def _set_aside(graph, surprises, flips, gate, back):
+def _set_aside(graph, surprises, flips, returned, gate, back):
     """Sets aside what contradicts all else, of neighbours the worst, with those that say the same of its
     place; takes back what fits. For readings of what is at no other marker, which slips may explain, hold
-    gate and back."""
+    gate and back. Of what was `returned` to in the round before, a slip that explains it is sought first."""
     changed = False
+    before = set(returned)
+    returned.clear()
     near: set[int] = set()
     places: set[int] = set()
     for k in np.argsort(-np.nan_to_num(surprises)):
@@ -125,6 +128,9 @@ def _set_aside(graph, surprises, flips, gate, back):
         if one.used and square > GATE:
             free = one.passage not in near and one.place not in places
             if not free or (square < gate and not _elsewhere(graph, one)):
+                continue
+            if one.passage in before:
+                changed = True
                 continue
             for other in _alike(graph, one, surprises):
                 other.used = False
@@ -135,6 +141,7 @@ def _set_aside(graph, surprises, flips, gate, back):
                 continue
             one.used = True
             flips[one.passage] += 1
+            returned.add(one.passage)
         else:
             continue
         changed = True
