@@ -89,7 +89,9 @@ def main():
     from larics import boards
 
     board = boards.find(identity())
-    del sys.modules["larics.boards"], larics.boards, boards  # the other boards need not stay in memory
+    del sys.modules[boards.__name__], boards  # the other boards need not stay in memory
+    if hasattr(larics, "boards"):
+        del larics.boards
     if board is None:
         print("larics: this board is not in the table: " + identity())
         return

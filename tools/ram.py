@@ -35,11 +35,12 @@ BUFFERS_MOST = 92000
 
 def code():
     """[(module, bytes of .mpy, those of the small-heap build or None, whether the usual settings load it)],
-    largest first."""
+    largest first. What the small-heap build puts into one module stands beside the first."""
     small = {}
     try:
         machine_code.compiler(MARCH)
-        small = {name: len(data) for name, data in small_heap.compile_small(ROOT, MARCH, False).files}
+        program = small_heap.compile_small(ROOT, MARCH, False)
+        small = {program.holds[name][0]: len(data) for name, data in program.files}
     except machine_code.NoCompiler as error:
         print("no small-heap build: %s" % error)
     found = [(name, len(data), small.get(name)) for name, data in compile_program(ROOT, MARCH)]

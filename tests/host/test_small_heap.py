@@ -7,7 +7,16 @@ import subprocess
 import pytest
 
 from larics_host import cli
-from larics_host.flash import build, machine_code, mpy_file, short_names, small_heap, tracebacks, viper_to_c
+from larics_host.flash import (
+    build,
+    flat_modules,
+    machine_code,
+    mpy_file,
+    short_names,
+    small_heap,
+    tracebacks,
+    viper_to_c,
+)
 from tests.host.firmware_process import environment
 from tests.host.test_dual import ROOT, unix_port
 from tests.host.test_linker import frames, own_architecture, reported  # noqa: F401  (frames: a fixture)
@@ -85,6 +94,38 @@ print(sample.nothing(out), out[0])
 """
 
 
+IMPORTS = {
+    "start": """
+import sys, shop
+import shop.tools as t
+from shop import shelf, size
+from shop.tools import cut as saw, KEPT
+
+
+def main():
+    import shop.late
+
+    print(shop.size, t.cut(2), shelf.top(), size, saw(3), KEPT, "shop.late" in sys.modules)
+""",
+    "shop": "size = 7\n",
+    "shop.tools": "KEPT = 'a.b'\ndef cut(n):\n    return n * 2\n",
+    "shop.shelf": """
+from shop.deep.kernel import twice
+
+
+def top():
+    from shop.other import thrice
+
+    return twice(4) + thrice(1)
+""",
+    "shop.deep": "'''nothing but this'''\n",
+    "shop.deep.kernel": "def twice(n):\n    return 2 * n\n",
+    "shop.deep.more": "def four_times(n):\n    return 4 * n\n",
+    "shop.other": "from shop.deep import more\ndef thrice(n):\n    return more.four_times(n) - n\n",
+    "shop.late": "from shop.deep.more import four_times\nfrom shop.deep.kernel import twice\n",
+}
+
+
 def put(files, folder):
     for name, data in files:
         path = folder / name
@@ -149,6 +190,39 @@ def test_what_must_differ_in_a_module_or_a_class_still_does():
         assert name not in renamed, "a setting, MicroPython, a camera or a module knows it"
 
 
+def test_modules_with_short_names_are_found_however_they_are_imported(tmp_path):
+    kernels = ["shop.deep.kernel", "shop.deep.more"]
+    flat = flat_modules.flattened(IMPORTS, kernels, ())
+    assert "start" in flat.texts and not [name for name in flat.texts if "." in name or "shop" in name]
+    assert sorted(sum(flat.origins.values(), [])) == sorted(set(IMPORTS) - {"shop.deep"})
+    put([(name + ".py", text) for name, text in flat.texts.items()], tmp_path)
+    assert run("%s:.frozen" % tmp_path, "import start\nstart.main()") == "7 4 11 7 6 a.b True\n"
+    # one of them is loaded at the start, the other one only when it is needed
+    assert [kernels[0]] in flat.origins.values() and [kernels[1]] in flat.origins.values()
+    sources = dict(IMPORTS, start=IMPORTS["start"] + "from shop import other\n")
+    together = flat_modules.flattened(sources, kernels, ["late"])
+    assert kernels in together.origins.values()
+    assert {"shop", "shop.late"} <= set(together.texts), "what is loaded from outside, in its package"
+
+
+def test_modules_get_names_that_nothing_else_has():
+    texts = {name: text + "def keys(self):\n    return self.format\n" for name, text in IMPORTS.items()}
+    flat = flat_modules.flattened(texts, (), ())
+    lower = [name.lower() for name in flat.texts]
+    assert len(set(lower)) == len(lower) == len(texts)
+    assert not {"keys", "format", "self", "copy", "micropython", "n", "main", "shop"} & set(flat.texts)
+
+
+def test_the_program_is_in_few_modules_and_loads_no_more_than_it_needs(small, usual):
+    assert len(small.files) < len(usual) - 20
+    assert [name for name, _ in small.files if "larics" in name] == []
+    kernels = [names for names in small.holds.values() if names[0].startswith("larics/kernels/")]
+    direct = next(names for names in kernels if "larics/kernels/votes.mpy" in names)
+    second = next(names for names in kernels if "larics/kernels/blur.mpy" in names)
+    assert len(direct) > 8 and len(second) > 4
+    assert ["larics/kernels/raw.mpy"] in kernels and ["larics/kernels/paper.mpy"] in kernels
+
+
 def test_a_traceback_is_translated_into_that_of_the_usual_program(faulty, tmp_path):
     march = own_architecture()
     made = small_heap.compile_small(faulty, march, True)
@@ -190,7 +264,7 @@ def test_machine_code_from_c_counts_as_viper_does(tmp_path):
     root = tmp_path / "root"
     put([("shared/larics/kernels/sample.py", KERNEL), ("shared/larics/kernels/__init__.py", "")], root)
     put([("shared/larics/__init__.py", ""), ("firmware/start.py", "CALLED = 'divided', 'nothing'\n")], root)
-    made = small_heap.compile_small(root, own_architecture(), True)
+    made = small_heap.compile_small(root, own_architecture(), True, keep=("start", "sample"))
     usual = build.compile_program(root, own_architecture())
     put(made.files, tmp_path / "small")
     put(usual, tmp_path / "usual")

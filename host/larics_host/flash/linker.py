@@ -13,7 +13,7 @@ A name is taken for used when anything of the program has it as a name, as an at
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 ROOTS = ("main",)  # what firmware/main.py calls
 _OPERATIONS = {
@@ -46,26 +46,31 @@ class _Module:
         self.edits: list[tuple[ast.stmt | ast.expr, str]] = []
 
     def result(self) -> str:
-        """The text with all edits; those inside another one are dropped with it."""
-        lines = self.text.encode().splitlines(keepends=True)
-        starts = [0]
-        for line in lines:
-            starts.append(starts[-1] + len(line))
-        data = bytearray(self.text.encode())
-        spans = []
-        for node, text in self.edits:
-            assert node.end_lineno is not None and node.end_col_offset is not None
-            first = min([node.lineno, *[d.lineno for d in getattr(node, "decorator_list", ())]])
-            start = starts[first - 1] + node.col_offset  # a decorator stands as far right as its function
-            spans.append((start, starts[node.end_lineno - 1] + node.end_col_offset, text))
-        outer: list[tuple[int, int, str]] = []
-        for span in sorted(spans, key=lambda s: (s[0], -s[1])):
-            if not outer or span[0] >= outer[-1][1]:
-                outer.append(span)
-        for first, end, text in reversed(outer):
-            kept = data[first:end].count(b"\n")
-            data[first:end] = text.encode() + b"\n" * kept
-        return data.decode()
+        return edited(self.text, self.edits)
+
+
+def edited(text: str, edits: Iterable[tuple[ast.stmt | ast.expr, str]]) -> str:
+    """A text with other texts in the place of nodes, every line with its number; edits inside another one are
+    dropped with it."""
+    lines = text.encode().splitlines(keepends=True)
+    starts = [0]
+    for line in lines:
+        starts.append(starts[-1] + len(line))
+    data = bytearray(text.encode())
+    spans = []
+    for node, replaced in edits:
+        assert node.end_lineno is not None and node.end_col_offset is not None
+        first = min([node.lineno, *[d.lineno for d in getattr(node, "decorator_list", ())]])
+        start = starts[first - 1] + node.col_offset  # a decorator stands as far right as its function
+        spans.append((start, starts[node.end_lineno - 1] + node.end_col_offset, replaced))
+    outer: list[tuple[int, int, str]] = []
+    for span in sorted(spans, key=lambda s: (s[0], -s[1])):
+        if not outer or span[0] >= outer[-1][1]:
+            outer.append(span)
+    for first, end, replaced in reversed(outer):
+        kept = data[first:end].count(b"\n")
+        data[first:end] = replaced.encode() + b"\n" * kept
+    return data.decode()
 
 
 def link(sources: Mapping[str, str], numbers: Mapping[tuple[str, str], int] | None = None) -> dict[str, str]:

@@ -60,7 +60,7 @@ def chosen(texts: Mapping[str, str], taken: Iterable[str], keep: Iterable[str] =
     taken = set(taken)
     program = _Program(texts)
     stays = program.stays | set(keep) | set(STATIC) | set(linker.ROOTS)
-    free = (name for name in _new_names() if name not in taken)
+    free = (name for name in new_names() if name not in taken)
     targets: list[str] = []
     used: dict[int, set[int]] = {}
     places: dict[str, list[int]] = {name: [] for name in program.loose}
@@ -89,7 +89,8 @@ def file_names(modules: Sequence[str]) -> dict[str, str]:
     return dict(zip(modules, names, strict=False))
 
 
-def _new_names() -> Iterator[str]:
+def new_names() -> Iterator[str]:
+    """Names that MicroPython has, then short ones."""
     for name in STATIC:
         if name.isidentifier() and not name.startswith("__") and name not in _LOOKED_FOR:
             yield name

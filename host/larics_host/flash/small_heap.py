@@ -2,6 +2,7 @@
 
     machine code   of the kernels comes from a C compiler, where there is one for the board
     names          are those that MicroPython has anyway (flash.short_names)
+    modules        have such names, too, without packages; kernels are few modules (flash.flat_modules)
     bytecode       is made of native functions, which are few and not called for each pixel
     lines          of the sources are forgotten, but where files are read in place: there they take nothing
 
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from larics_host.flash import build, machine_code, mpy_file, short_names, tracebacks
+from larics_host.flash import build, flat_modules, machine_code, mpy_file, short_names, tracebacks
 
 HEAP_BYTES = 448 << 10  # a heap below that is small: the usual program takes 375 KB, and some that it leaves
 _KERNELS = "larics/kernels/"
@@ -31,11 +32,13 @@ class SmallProgram:
     """files   [(name on the board, bytes)]
     names   what translates its tracebacks, see flash.tracebacks
     lacks   why the kernels are not from a C compiler; "" when they are
+    holds   {name on the board: names of the usual build's files that it stands for}
     """
 
     files: list[tuple[str, bytes]]
     names: dict[str, Any]
     lacks: str
+    holds: dict[str, list[str]]
 
 
 def compile_small(
@@ -50,32 +53,44 @@ def compile_small(
 
 
 def _compiled(root, march, in_place, also, keep, lacks):
+    keep = set(keep)
     numbers = {} if lacks else {("parts", "_WITH_SECOND_OPINION"): _WITH_SECOND_OPINION[in_place]}
-    texts = {name: _NATIVE.sub("", text) for name, text in build.texts(root, also, numbers).items()}
+    linked = build.texts(root, also, numbers)
+    usual = {build.module_of(name): name for name in linked}
+    kernels = {module for module, name in usual.items() if name.startswith(_KERNELS)}
+    modules = {build.module_of(name): _NATIVE.sub("", text) for name, text in linked.items()}
+    flat = flat_modules.flattened(modules, kernels, keep)
+    texts = {usual.get(module, module + ".mpy"): text for module, text in flat.texts.items()}
     files = build.compile_texts(texts, march, () if in_place else _NO_LINES)
     read = {name: mpy_file.MpyFile(data) for name, data in files}
     if not lacks:
-        _take_machine_code(read, texts, march)
-    sources = short_names.file_names([build.module_of(name) for name in read])
-    renamed = short_names.chosen(
-        {build.module_of(name): text for name, text in texts.items()},
-        {name for file in read.values() for name in file.names},
-        keep,
-    )
+        _take_machine_code(
+            [
+                (texts[name], file)
+                for name, file in read.items()
+                if kernels.issuperset(flat.origins[build.module_of(name)])
+            ],
+            march,
+        )
+    sources = short_names.file_names(list(flat.texts))
+    taken = {name for file in read.values() for name in file.names} - (set(flat.texts) - set(modules))
+    renamed = short_names.chosen(flat.texts, taken, keep)
+    described = {}
     for name, file in read.items():
-        file.names = [sources[build.module_of(name)], *[renamed.get(n, n) for n in file.names[1:]]]
-    names = {
-        sources[build.module_of(name)]: tracebacks.described(name, texts[name], renamed) for name in read
-    }
+        module = build.module_of(name)
+        file.names = [sources[module], *[renamed.get(n, n) for n in file.names[1:]]]
+        first = usual[flat.origins[module][0]]
+        described[sources[module]] = tracebacks.described(first, texts[name], renamed)
     return SmallProgram(
         [(name, file.result()) for name, file in read.items()],
-        {"lines": in_place, "files": names},
+        {"lines": in_place, "files": described},
         lacks,
+        {name: [usual[origin] for origin in flat.origins[build.module_of(name)]] for name in read},
     )
 
 
-def _take_machine_code(read, texts, march):
-    kernels = {name: file for name, file in read.items() if name.startswith(_KERNELS)}
-    modules = [(texts[name], file.function_table) for name, file in kernels.items()]
-    for file, codes in zip(kernels.values(), machine_code.compiled(modules, march), strict=True):
+def _take_machine_code(kernels, march):
+    """kernels: (text, file)"""
+    modules = [(text, file.function_table) for text, file in kernels]
+    for (_, file), codes in zip(kernels, machine_code.compiled(modules, march), strict=True):
         file.set_machine_code(codes)
