@@ -6,6 +6,7 @@ from larics.blurred.candidates import LOOKED, SCORE, Candidates
 from larics.blurred.places import READ, REJECTED, UNKNOWN, Places
 from larics.blurred.reader import BlurModelReader
 from larics.blurred.ring_fit import LOST_FOR_GOOD, LOST_IN_NOISE, LOST_ON_THE_WAY, BlurredRings
+from larics.detect.scales import cut
 from larics.kernels.layouts import BIAS, CANDIDATE_ITEMS
 from larics.marker import LARICS3, verdicts
 
@@ -30,13 +31,22 @@ class Scores:
         return self.shade
 
 
-def looked_at(scores, least_q8=5000, clear=False, shade=100, said=verdicts.NO_FIT, dark_around=0):
+def looked_at(
+    scores,
+    least_q8=5000,
+    clear=False,
+    shade=100,
+    said=verdicts.NO_FIT,
+    dark_around=0,
+    several=False,
+    passes_over=False,
+):
     """The candidate that is chosen of those with these scores, -1 for none, and how many were looked at."""
-    candidates = Candidates()
+    candidates = Candidates(several)
     for index in range(len(scores)):
         candidates.remember(index << 14, 0, least_q8, 9000, said, 100 - index, clear)
     rings = Scores(scores, shade, dark_around)
-    slot = candidates.best(None, rings, False)
+    slot = candidates.best(None, rings, passes_over)
     return slot // CANDIDATE_ITEMS if slot >= 0 else slot, len(scores) - len(rings.scores)
 
 
@@ -50,6 +60,13 @@ def test_scores_of_candidates():
     for score, least_q8, clear in ((5199, 2304, False), (7199, 2304, True), (4299, 2303, False)):
         assert looked_at((score,), least_q8, clear) == (-1, 1), score
         assert looked_at((score + 1,), least_q8, clear) == (0, 1), score
+
+
+def test_where_several_scales_are_searched_more_is_good_enough():
+    assert looked_at((11499, 12000), several=True) == (1, 2)
+    assert looked_at((11500, 12000), several=True) == (0, 1)
+    assert looked_at((8999, 9500), several=True, passes_over=True) == (1, 2)
+    assert looked_at((9000, 9500), several=True, passes_over=True) == (0, 1)
 
 
 def test_rings_without_a_line_are_none():
@@ -244,8 +261,29 @@ class FirstLook:
     refine_orientation = read_code = find_orientation
 
 
+class Prepared:
+    def prepare(self):
+        pass
+
+
+def test_radii_in_the_range_of_any_scale_are_in_range():
+    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None, cut(16, 35))
+    reader._fit_rings = lambda *pose: True
+    reader._examine_lines = lambda frame: verdicts.ACCEPTED
+    reader.lines = Prepared()
+    reader.candidates.remember(0, 0, 16 << 8, 23 << 8, verdicts.NO_FIT, 0, True)
+    for radius_q8, verdict in (
+        (3583, verdicts.OUT_OF_RANGE),
+        (3584, verdicts.ACCEPTED),
+        (10080, verdicts.ACCEPTED),
+        (10081, verdicts.OUT_OF_RANGE),
+    ):
+        reader.rings.radius_q8 = radius_q8
+        assert reader._examine_candidate(None, 0) == verdict, radius_q8
+
+
 def test_how_often_it_fits_and_for_how_many_candidates():
-    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None, cut(25, 35))
     reader.candidates = candidates = Endless(reader.candidates.items)
     reader.rings = rings = NoFit()
     assert reader.examine(None, False) == verdicts.NO_FIT
@@ -264,7 +302,7 @@ def test_how_often_it_fits_and_for_how_many_candidates():
 
 def fits(lost, sparing=False, few_fits=False, recognizes=False, clear=False):
     """How many candidates and fits it takes when each fit is lost like this."""
-    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None, cut(25, 35))
     reader.candidates = candidates = Endless(reader.candidates.items, clear)
     reader.rings = rings = NoFit(lost)
     reader._recognizes = recognizes
@@ -285,7 +323,7 @@ def test_how_often_it_fits_what_is_no_marker():
 
 def budgeted(budget, clear=True):
     """How many candidates and fits it takes within a budget of thousands of instructions; the reader."""
-    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+    reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None, cut(25, 35))
     reader.candidates = candidates = Endless(reader.candidates.items, clear)
     reader.rings = rings = NoFit((LOST_ON_THE_WAY,))
     reader.examine(None, False, False, budget)
@@ -367,7 +405,7 @@ def test_rings_that_hold_and_are_none_are_not_fitted_again():
         (13, 5120, 1, LOST_ON_THE_WAY),
         (14, 5119, 1, LOST_ON_THE_WAY),
     ):
-        reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+        reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None, cut(25, 35))
         reader._fits_left = 1
         reader.rings = Held(good)
         reader.rings.blur = reader.blur
@@ -382,7 +420,7 @@ def test_of_two_lines_in_a_still_picture_none_is_measured_further():
         (186, 1, verdicts.NO_FIT),
         (187, 0, verdicts.NO_FIT),
     ):
-        reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None)
+        reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None, cut(25, 35))
         reader.rings = NoFit()
         reader.lines = FirstLook()
         reader.lines.rival = rival

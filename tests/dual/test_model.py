@@ -7,6 +7,7 @@ from larics.blurred.reader import BlurModelReader
 from larics.blurred.ring_fit import MEANS, SAMPLES
 from larics.detect.centre_votes import LEAST_WORDS
 from larics.detect.detector import Detector
+from larics.detect.scales import cut
 from larics.kernels.layouts import BIAS, CANDIDATE_ITEMS
 from larics.marker import LARICS3, Family
 from larics.marker import verdicts as verdict
@@ -127,7 +128,7 @@ def test_nothing_is_allocated():
 
 
 def test_candidates_are_kept_by_promise_and_once():
-    second = BlurModelReader(WIDTH, HEIGHT, LARICS3, 175, bytearray(512), 16, None)
+    second = BlurModelReader(WIDTH, HEIGHT, LARICS3, 175, bytearray(512), 16, None, cut(25, 35))
     candidates = second.candidates
     for x, said in ((10, verdict.NO_RADIUS), (30, verdict.NO_ORIENTATION), (11, verdict.NO_RADIUS)):
         candidates.remember(x << 8, 60 << 8, 20 << 8, 30 << 8, said, 0, False)

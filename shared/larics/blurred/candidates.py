@@ -37,19 +37,22 @@ _LEAST_SHADE = const(36)  # of the darkest direction around, 256ths of the rings
 _MOST_SHADE = const(2000)  # through defocus of 3.5 px lines have up to 867, in noise up to 1714,
 _LARGE_Q8 = const(3072)  # but small ones more, and molten ones, which are a band darker than
 _MOLTEN_LEAST = const(54)  # in so many directions of 64 what lies on either side
-_GOOD_SCORE = const(9000)  # hardly any clutter has so much
+_GOOD_SCORE = const(9000)  # hardly any clutter has so much,
+_GOOD_SCORE_SEVERAL = const(11500)  # but what other scales take for rings often has more
 _RANKS = (0, 5, 1, 2, 3, 3, 4, 4, 4, 5)  # by sharp verdict: how far the candidate came
 
 
 class Candidates:
     """Up to eight candidates, those that came farther before the others.
 
+    several  whether they are of several scales
     items    array('i') of the candidates' items (kernels.layouts: CANDIDATE), which lie where `best` says
     places   what was examined in the last frames, and how that ended
     clear    whether the frame has contrast
     """
 
-    def __init__(self):
+    def __init__(self, several=False):
+        self._several = several
         self.items = array("i", bytes(4 * _ITEMS * _CAPACITY))
         self.places = Places()
         self._count = 0
@@ -76,13 +79,15 @@ class Candidates:
     def best(self, frame, rings, passes_over, effort_most=1 << 29):
         """The first item of the one that looks most like rings and has not been taken yet; -1 without any.
 
-        Looks coarsely at one after the other until one looks good enough. What was read in the last frame
-        gives way to all others; passes_over: what was rejected is not looked at; effort_most: of the rings,
-        with which no other look begins once there is one."""
+        Looks coarsely at one after the other until one looks good enough, where little is to be done one that
+        looks good. What was read in the last frame gives way to all others; passes_over: what was rejected is
+        not looked at, and little is to be done; effort_most: of the rings, with which no other look begins
+        once there is one."""
         items = self.items
         self._passes_over = passes_over
+        good = _GOOD_SCORE_SEVERAL if self._several and not passes_over else _GOOD_SCORE
         found = self._best()
-        while found < 0 or items[found + SCORE] < _GOOD_SCORE or items[found + _KIND] == READ:
+        while found < 0 or items[found + SCORE] < good or items[found + _KIND] == READ:
             slot = kernels.next_unseen(items, 0, 0, self._count)
             if slot < 0 or found >= 0 and rings.effort > effort_most:
                 break

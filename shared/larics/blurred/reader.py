@@ -59,14 +59,17 @@ class BlurModelReader:
     blur, rings, lines         what was measured
     """
 
-    def __init__(self, width, height, family, line_mm10, allowed, margin_min, cells, idle=None):
-        """cells: coded.CellReader, None of the plain family; idle: as of BlurredRings, during `examine`."""
-        self.candidates = Candidates()
+    def __init__(self, width, height, family, line_mm10, allowed, margin_min, cells, scales, idle=None):
+        """cells: coded.CellReader, None of the plain family; scales: of detect.scales.cut; idle: as of
+        BlurredRings, during `examine`."""
+        self.candidates = Candidates(len(scales) > 1)
         self.blur = BlurModel(family, line_mm10)
         self.rings = BlurredRings(width, height, self.blur, idle)
         self.lines = BlurredLines(family, self.blur)
         self.acceptance = Acceptance(family, allowed, margin_min)
         self._cells = cells
+        self._least_q8 = scales[0].radius_min_q8 * 7 >> 3
+        self._most_q8 = scales[-1].radius_max_q8 * 9 >> 3
         self._fits_left = 0
         self._recognizes = False  # a candidate was read in the last frame
         self._settled = False  # the rings have been fitted without the lines
@@ -149,11 +152,7 @@ class BlurModelReader:
             and self._fit_again(frame, slot)
         ):
             return verdicts.NO_FIT
-        radius_q8 = rings.radius_q8
-        if (
-            radius_q8 * 8 < candidate[slot + items.LEAST_Q8] * 7
-            or radius_q8 * 8 > candidate[slot + items.MOST_Q8] * 9
-        ):
+        if not self._least_q8 <= rings.radius_q8 <= self._most_q8:
             return verdicts.OUT_OF_RANGE
         self._hidden = candidate[slot + items.VERDICT] in _HIDDEN and self._sharp()
         self.lines.prepare()

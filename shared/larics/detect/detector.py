@@ -141,7 +141,7 @@ class Detector:
             if BlurModelReader.knows(family):
                 self.blur_reader = BlurModelReader(
                     width, height, family, line_mm10, self.allowed, margin_min, self.direct.cells,
-                    self._votes.cells,
+                    self._scales, self._votes.cells,
                 )  # fmt: skip
                 self._blurred_search = BlurredSearch(
                     self._scales, self._centres, self.blur_reader.candidates, width, height, self.statistics,
