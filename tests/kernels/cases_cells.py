@@ -43,14 +43,17 @@ def direct_place(random):
                 yield pose, 0, 0, fixed.COSINE, angle, ints(16, random)
 
 
-def hidden_cells(random):
+def local_depths(random):
     for angle in (0, 7641, 12345, 65535):
         for share in (0, 0, 0, 0, 100, 200, 300):
             means = ints(32, random, 0, 300)
             for sector in range(16):
                 means[16 + sector] = random.between(share, 300) * random.below(2)
-            yield 200, 0, angle, means
-    yield 0, 0, 0, zeros32(32)
+            depths = ints(24, random, BIAS - 300, BIAS + 155 + random.below(200))
+            depths[random.below(24)] = random.below(2)
+            yield 200, 0, angle, means, depths
+    yield 0, 0, 0, zeros32(32), ints(24, random, 0, BIAS)
+    yield 1 << 20, 0, 0, ints(32, random, 0, 1 << 20), ints(24, random, 0, BIAS + 300000)
 
 
-CASES = {"cell_depths": cell_depths, "direct_place": direct_place, "hidden_cells": hidden_cells}
+CASES = {"cell_depths": cell_depths, "direct_place": direct_place, "local_depths": local_depths}

@@ -1068,15 +1068,22 @@ def code_residuals(before, after, result):
         assert abs(after[7][p] - max(map(abs, cells))) <= 6, (p, after[7][p], cells)
 
 
-def hidden_cells(before, after, result):
-    area, _, angle, means = before
+def local_depths(before, after, result):
+    area, _, angle, means, depths = before
     hidden = {sector for sector in range(16) if 0 < means[16 + sector] < area // 2}
+    faded = (numbers(depths) > BIAS + 154).sum() >= 4
     expected = 0
     for cell in range(24):
         degrees = 90 * (cell // 6) + (18.5, 27.5, 36.5, 53.5, 62.5, 71.5)[cell % 6]
         place = (angle / 65536 - degrees / 360) % 1 * 16
         nearest = {math.floor(place - 0.5) % 16, math.floor(place + 0.5) % 16}
         expected |= bool(nearest & hidden) << cell
+        seen = [means[16 + sector] for sector in nearest if means[16 + sector]]
+        share = min(1, sum(seen) / len(seen) / max(1, area)) if seen else 1
+        depth = depths[cell] - BIAS
+        if faded and depth > -(1 << 20):
+            depth = depth / max(share, 110 / 256)
+        assert abs(after[4][cell] - BIAS - depth) <= 2 + abs(depth) / 90
     assert result == expected
 
 
@@ -1216,7 +1223,7 @@ def unpack(before, after, result):
 ORACLES = {
     "stream": (unstuff, unpack),
     "candidates": (remember, next_unseen),
-    "cells": (hidden_cells,),
+    "cells": (local_depths,),
     "cell_words": (believed_word, certain_word, likeliest_words),
     "robust": (root,),
     "votes": (list_runs, join_runs, cast_votes, clear_cells, find_windows, rank_centres),

@@ -206,8 +206,7 @@ class CellReader:
         angle_turn16 = lines.angle_turn16
         if not kernels.direct_place(rings.fit, 0, 0, COSINE, angle_turn16, self.pose):
             return False
-        self._hidden = 0
-        if not is_faint:
-            self._hidden = kernels.hidden_cells(rings.area, 0, angle_turn16, rings.outer_means)
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
+        hidden = kernels.local_depths(rings.area, 0, angle_turn16, rings.outer_means, self.depths)
+        self._hidden = 0 if is_faint else hidden
         return True

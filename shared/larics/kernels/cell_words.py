@@ -47,7 +47,7 @@ _STROKE_FEW = const(3)  # and at two places
 def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int, weights: ptr32) -> int:
     """What each cell tells: + BIAS, up to 64 above it looks dark, up to 64 below white, BIAS nothing.
 
-    depths: as from `cells.cell_depths`; hidden: as from `cells.hidden_cells`; scratch: 48 items.
+    depths: as from `cells.cell_depths`; hidden: as from `cells.local_depths`; scratch: 48 items.
     Levels are the fourth of both ends, since of a coded marker at least 8 cells are dark and 8 white; where
     the darkest are not dark, those of a plain marker.
     What covers a cell looks like white, but is seldom as bright as the white beside the cells that are dark:

@@ -35,6 +35,9 @@ _PLACE_HEIGHT = const(15)
 
 _BENT_MOST = const(4096)
 _COVERED_Q8 = const(128)  # a ring's sector with less of the rings' area is hidden
+_FADED_LEAST_Q8 = const(110)  # darkness is made up for down to this share of the rings' area
+_DARK_LEAST = const(4)  # where so many cells are dark as they are,
+_DARK = const(_BIAS + 154)  # by this
 _CELL_TURN16 = const(3368)  # of the first cell of a quarter turn, of a cell, of the gap after the third
 _CELL_STEP_TURN16 = const(1638)
 _CELL_GAP_TURN16 = const(1457)
@@ -229,31 +232,46 @@ def cell_depths(
 
 
 @micropython.viper
-def hidden_cells(area: int, i: int, angle: int, outer_means: ptr32) -> int:
-    """The cells behind a place where something covers the outer ring: bit k for cell k.
+def local_depths(area: int, i: int, angle: int, means: ptr32, depths: ptr32) -> int:
+    """Puts darkness in proportion to that of the rings before each cell; returns the cells that are hidden.
 
-    area: of the rings, 0..2**20; angle: clockwise, of the orientation line, 0..65535 of a turn; outer_means:
-    as from harmonics.ring_harmonics, 16 + k: area of sector k, 0 where it was not looked at. A cell is hidden
-    when the nearest two sectors, or one of them, have less than half the rings' area."""
-    area = (area * _COVERED_Q8) >> 8
-    sectors = 0
-    i = 0
-    while i < 16:
-        value = int(outer_means[16 + i])
-        if value > 0 and value < area:
-            sectors = sectors | (3 << i)
-        i += 1
-    if sectors == 0:
-        return 0
-    # bit k: of the border between sectors k - 1 and k
-    sectors = sectors | (sectors >> 16)
+    Dirt on a lens blurs one side: cells there are fainter, as the ring is. area: of the rings, 0..2**20;
+    angle: clockwise, of the orientation line, 0..65535 of a turn; means: as from harmonics.ring_harmonics of
+    the outer ring, 16 + k: area of sector k, 0..2**20, 0 where it was not looked at; depths: as from
+    `cell_depths`. Of the nearest two sectors the mean counts, where it is less than the rings' area, and some
+    cells are dark as they are: dirt on the plate of a plain marker is not to look darker.
+    Bit k is set for cell k when one of its two sectors has less than half the rings' area."""
+    if area < 1:
+        area = 1
+    half = (area * _COVERED_Q8) >> 8
+    dark = 0
+    cell = 0
+    while cell < 24:
+        if int(depths[cell]) > _DARK:
+            dark += 1
+        cell += 1
     hidden = 0
     angle -= _CELL_TURN16 - 2048
     i = 0
     cell = 0
     while cell < 24:
-        if (sectors >> ((angle >> 12) & 15)) & 1:
-            hidden = hidden | (1 << cell)
+        # the border between sectors k - 1 and k
+        k = (angle >> 12) & 15
+        after = int(means[16 + k])
+        before = int(means[16 + ((k + 15) & 15)])
+        if after == 0:
+            after = before
+        elif before == 0:
+            before = after
+        if after > 0:
+            if before < half or after < half:
+                hidden = hidden | (1 << cell)
+            value = int(depths[cell]) - _BIAS
+            if dark >= _DARK_LEAST and before + after < area + area and value > 0 - (1 << 20):
+                k = ((before + after) << 7) // area
+                if k < _FADED_LEAST_Q8:
+                    k = _FADED_LEAST_Q8
+                depths[cell] = (value << 8) // k + _BIAS
         cell += 1
         i += 1
         angle -= _CELL_STEP_TURN16
