@@ -327,3 +327,38 @@ def test_what_counts_as_a_sharp_picture():
     ):
         reader._hidden, reader.lines = hidden, FirstLook(depth, noise)
         assert reader._examine_lines(None) == expected, (hidden, depth, noise)
+
+
+class Seen(FirstLook):
+    """Lines that are seen well."""
+
+    def refine_orientation(self, *arguments):
+        return True
+
+    read_code = measure_orientation = measure_beyond = refine_orientation
+
+
+class Accepting:
+    margin = 0
+
+    def rings(self, *arguments):
+        return True
+
+    def lines(self, *arguments):
+        return verdicts.ACCEPTED
+
+
+def test_under_tilt_a_large_margin_tells_that_nothing_was_hidden():
+    reader = Detector(136, 128, 23, 30).blur_reader
+    reader._settled, reader._cells, reader._tell = True, None, lambda: None
+    reader.lines, reader.acceptance = Seen(256, 64), Accepting()
+    for hidden, e1, e2, margin, expected in (
+        (True, -1000, 0, 128, verdicts.ACCEPTED),
+        (True, 600, -800, 128, verdicts.ACCEPTED),
+        (True, 999, 0, 128, verdicts.NOT_EMPTY),
+        (True, 0, 1000, 127, verdicts.NOT_EMPTY),
+        (False, 0, 1000, 127, verdicts.ACCEPTED),
+    ):
+        reader._hidden, reader.rings.e1, reader.rings.e2 = hidden, e1, e2
+        reader.acceptance.margin = margin
+        assert reader._examine_lines(None) == expected, (hidden, e1, e2, margin)

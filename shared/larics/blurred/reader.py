@@ -47,6 +47,8 @@ _DEPTH_FIRST = const(130)
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
 _SHARP_RADIUS_Q8 = const(3072)  # unless the rings are as small as this
 _SHARP_NOISE = const(64)  # or the noise as strong as that
+_TILTED_Q14 = const(1000)  # an ellipse of 28 degrees: from there on the direct reader errs, and what it took
+_TILTED_MARGIN = const(128)  # for hidden is seen after all where the margin is as large as this
 _CELL_UNITS_Q8 = const(983)  # a cell's length along the radius, 24 mm of 150,
 _BESIDE = const(5)  # units to where the white beside it is looked at
 _HIDDEN = (verdicts.ID_UNCERTAIN, verdicts.TWO_ORIENTATIONS, verdicts.NOT_EMPTY)
@@ -186,7 +188,8 @@ class BlurModelReader:
         rings.effort += _LINE_EFFORT
         if not lines.find_orientation(frame, rings) or lines.depth < _DEPTH_FIRST:
             return verdicts.NO_ORIENTATION
-        if self._hidden and lines.noise <= _SHARP_NOISE:
+        hidden = self._hidden and lines.noise <= _SHARP_NOISE
+        if hidden and rings.e1 * rings.e1 + rings.e2 * rings.e2 < _TILTED_Q14 * _TILTED_Q14:
             return verdicts.NOT_EMPTY
         rival = lines.rival * 100 // lines.depth
         if self.blur.still and rival > RIVAL_MOST:
@@ -216,6 +219,8 @@ class BlurModelReader:
             )  # fmt: skip
         verdict = acceptance.lines(lines, rival, rings.radius_q8, cells)
         if verdict == verdicts.ACCEPTED:
+            if hidden and acceptance.margin < _TILTED_MARGIN:
+                return verdicts.NOT_EMPTY
             self._tell()
         return verdict
 
