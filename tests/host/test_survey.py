@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from larics_host import cli
+from larics_host.commands import map as map_command
 from larics_host.mapping import build, layout, moves, settle, slips
 from larics_host.mapping.association import Found
-from larics_host.mapping.collect import collect
+from larics_host.mapping.collect import Collected, collect
 from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
 from larics_host.mapping.links import Place
 from larics_host.mapping.mapfile import read_map
@@ -318,7 +319,29 @@ def test_standard_errors_count_the_slips_that_may_have_been(tmp_path, monkeypatc
     )
     sure = np.sqrt(np.diag(covariance).reshape(-1, 3)[:, :2].max(axis=1))
     told = np.array([built.sigmas(number).place_mm for number in numbers])
+    assert built.is_scaled and not build.build(collected, build.Request()).is_scaled
     assert (told > 1.005 * sure).all() and (told < 3 * sure).all()
+
+
+@pytest.mark.parametrize(
+    "sigmas_mm, is_scaled, said",
+    [
+        ((4, 5, 38.2, 6, 21), True, "drive by once more: marker 102 (+- 38 mm), 104 (+- 21 mm)\n"),
+        ((4, 5, 38.2, 6, 21), False, ""),
+        ((4, 5, 14, 6, 5), True, ""),  # good enough
+        ((14, 15, 24, 16, 15), True, ""),  # no better than the others
+    ],
+)
+def test_markers_that_are_known_badly_are_told(sigmas_mm, is_scaled, said, tmp_path, capsys):
+    built = build.Built({}, {}, {}, [], is_scaled=is_scaled)
+    for number, sigma in enumerate(sigmas_mm):
+        built.places[number] = Place(number)
+        built.places[number].votes[100 + number] += 1
+        built.poses[number] = (0.0, 0.0, 0.0)
+        built.covariances[number] = np.diag([sigma**2, 1.0, 1e-6])
+    map_command._tell_build(Collected([], {}, 0), built)
+    text = capsys.readouterr().out
+    assert ("drive by once more" in text) == bool(said) and said in text
 
 
 def test_the_map_file_has_the_standard_errors(tmp_path):

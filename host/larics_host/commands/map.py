@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import statistics
 
 from larics.wire import messages as m
 from larics_host import files
@@ -25,6 +26,7 @@ larics map send hall.json --port /dev/ttyACM0 --save
 
 EXIT_PROBLEMS = 1
 MISREAD_MOST = 5  # readings
+WEAK_MM, WEAK_TIMES = 15.0, 2.0  # standard deviation of a place, that of most
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -274,6 +276,10 @@ def _marker(built, number, heights):
 
 
 def _tell_build(collected, built):
+    weak = _weak(built) if built.is_scaled else []  # else far ones are less known, wherever one drives
+    if weak:
+        told = ", ".join("%d (+- %.0f mm)" % one for one in weak)
+        print("known less well than the others, drive by once more: marker %s" % told)
     for move in built.moves:
         text = "marker %d was moved by %.0f mm while it was logged: the map has its last place"
         print(text % (move.id, move.mm))
@@ -294,6 +300,14 @@ def _tell_build(collected, built):
         print(text % (100 * scale, math.degrees(drift) * 1000, 100 * track, 1e6 * built.noise))
     counts = counted(built.links, "link"), built.rms_mm, counted(collected.refused, "reading")
     print("%s, rms %.2f mm; %s refused" % counts)
+
+
+def _weak(built):
+    """[(ID, mm)] of the markers whose places are known much less well than most, the worst first."""
+    sigmas = {number: built.sigmas(number).place_mm for number in built.poses}
+    least = max(WEAK_MM, WEAK_TIMES * statistics.median(sigmas.values()))
+    worst = sorted(sigmas, key=lambda number: -sigmas[number])
+    return [(built.places[number].id, sigmas[number]) for number in worst if sigmas[number] > least]
 
 
 def _names(built, group):

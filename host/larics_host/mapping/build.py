@@ -67,7 +67,8 @@ class Built:
 
     lines [((x, y), (x, y))] of what was seen together or one after the other; passages and, of those, how
     many were set aside; aside: Counter of the IDs that they read; moves; rms of the readings in mm; shares
-    {log: of the odometry} and noise of the wheels; notes for the user."""
+    {log: of the odometry} and noise of the wheels; notes for the user; is_scaled: whether a length
+    that is known by hand holds the map."""
 
     places: dict[int, Place]
     poses: dict[int, Pose]
@@ -82,6 +83,7 @@ class Built:
     shares: dict = field(default_factory=dict)
     noise: float = 0.0
     notes: list[str] = field(default_factory=list)
+    is_scaled: bool = False
 
     def sigmas(self, number: int) -> Sigmas:
         spread = np.sqrt(np.diag(self.covariances[number]))
@@ -136,7 +138,8 @@ def build(
     covariance = graph.place_covariance(marginals, numbers)
     if request.anchor is None and not request.given:
         covariance = _free(covariance, [graph.places[number] for number in numbers])
-    if not graph.distances and len(graph.given) + (request.anchor is not None) < 2:
+    is_scaled = bool(graph.distances) or len(graph.given) + (request.anchor is not None) > 1
+    if not is_scaled:
         covariance = covariance + _unscaled(graph, numbers, request.anchor is not None)
     worst = math.sqrt(max(float(covariance[k, k]) for k in range(len(covariance)) if k % 3 < 2))
     if worst > _WORST_MM:
@@ -147,6 +150,7 @@ def build(
     built = Built(
         laid.places, {}, {}, untied, notes=notes, moves=moves, noise=graph.noise, shares=graph.shares
     )
+    built.is_scaled = is_scaled
     for k, number in enumerate(numbers):
         x, y, heading = graph.places[number]
         built.poses[number] = (float(x), float(y), round(math.degrees(heading), 2) % 360)
