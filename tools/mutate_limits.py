@@ -69,6 +69,7 @@ TARGETS = {  # module -> tests of tests/dual, or a path
                 "odometry_shares",
                 "uncertainty",
                 "vehicle_clock",
+                "wheel_noise",
             )
         ),
         CARRIED,

@@ -2,9 +2,10 @@
 
 A marker sets pose and covariance; each way and turn since moves the pose and lets the covariance grow by a
 model of two wheels: noise in proportion to the way, and systematic shares of way and turn, which
-larics.locate.odometry_shares learns. How loud the noise is shows at the next marker, and that it is quiet, of
-turns above all, already below the first: encoders that do not see what the wheels do make it a hundred times
-larger. What is known beforehand is in larics.locate.uncertainty.
+larics.locate.odometry_shares learns. How loud the noise is, that along the way and that of turns,
+larics.locate.wheel_noise finds at the next marker and, that it is quiet, already below the first: encoders
+that do not see what the wheels do make it a hundred times larger. What is known beforehand is in
+larics.locate.uncertainty.
 
 Way is in 0.1 mm Q4, heading in 0.01 degrees Q6, covariance in mm2 Q4, mm mrad Q5 and mrad2 Q8, shares in Q20;
 every intermediate stays within 30 bits. Nothing is allocated.
@@ -19,23 +20,19 @@ from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_c
 from larics.locate.motion import scaled_q14
 from larics.locate.odometry import length
 from larics.locate.odometry_shares import OdometryShares, mrad_q4
-from larics.locate.uncertainty import log2_q4, times_q4
+from larics.locate.uncertainty import times_q4
+from larics.locate.wheel_noise import Loudness, Slope
 from larics.wire.messages import WAY_UNKNOWN
 
 _STEP_MM10 = const(640)  # of way, after which the covariance grows
 _WAY_NOISE_Q20 = const(2097)  # 0.0025 mm2 of variance a mm of way and wheel, OdometryNoise's unit
 _TURN_NOISE_Q16 = const(93207)  # ... with a track of 300 mm
-_LOUDEST_Q4 = const(176)  # the noise at most 2**11 times that of the settings, or as much less
-_MOVED_Q4 = const(24)  # at most so much louder by a vehicle that was not where it was expected
-_QUIETER_Q4 = const(-64)
-_LEGS = const(6)  # over which it is averaged
 _NEAR_LEGS = const(2)  # ways and turns under one marker show the noise of the wheels for as long as no more
-_NEAR_WAYS = const(4)  # ... legs do; so many of them, no longer than this
-_NEAR_MOST_MM10 = const(7000)
+_NEAR_MOST_MM10 = const(7000)  # ... legs do; ways no longer than this
 _NEAR_MOST_MS = const(2047)
-_NEAR_MS = const(900)  # wheels that go wrong for 0.3 s show a third of their noise in half of this
-_NEAR_FEW_Q4 = const(96)  # few ways may be right by chance
-_SURPRISE_Q4 = const(24)  # a leg that misses by so much more shows that turns are not as quiet as they seemed
+_NEAR_MS = const(900)  # wheels that go wrong for 0.3 s show a third of their noise in half of this,
+_ALIKE_MS = const(200)  # and of two ways that each take so long half of that as a difference
+_LEAST_Q4 = const(-48)  # against the noise that depends on no speed: less no short way shows
 _MOST = const(1 << 25)  # 1.4 m ...
 _MOST_TURN = const(1 << 27)  # ... and 41 degrees: products stay within 30 bits
 _LEARN_MM10 = const(3000)  # a shorter way teaches nothing, nor does one under the same marker that is shorter
@@ -56,33 +53,6 @@ class Fix:
         self.moved = False
 
 
-class Quiet:
-    """How quiet wheels are at least, by squares of what they missed on short ways."""
-
-    def __init__(self):
-        self._ways = self._square = self._scatter = self._expected = 0
-
-    def add(self, square, scatter, expected):
-        """A way: squares of what was missed, of what of that the camera may be wrong by, and of what the
-        model expects."""
-        self._ways += 1
-        self._square += min(1 << 20, square)
-        self._scatter += min(1 << 20, scatter)
-        self._expected += min(1 << 20, expected)
-        if max(self._square, self._scatter, self._expected) > 1 << 21:
-            self._square >>= 1
-            self._scatter >>= 1
-            self._expected >>= 1
-
-    def most_q4(self):
-        """Binary logarithm of the noise against that of the model, at most."""
-        if self._ways < _NEAR_WAYS:
-            return _LOUDEST_Q4
-        square = max(self._square - self._scatter, self._scatter >> 2)
-        found_q4 = log2_q4(square >> 2, max(1, self._expected >> 2))
-        return found_q4 + _NEAR_FEW_Q4 // self._ways
-
-
 class Carrier:
     """`fix` with each marker, `move` with the odometry of each frame. model: uncertainty.OdometryNoise.
 
@@ -100,14 +70,11 @@ class Carrier:
         self.x_mm10 = self.y_mm10 = self.heading_cdeg = 0
         self.sigma_x_mm10 = self.sigma_y_mm10 = self.sigma_cdeg = self.correlation_q14 = 0
         self.way_mm = 0
-        self._loud_q4 = 0  # binary logarithm of the noise against that of the model
+        self.way_noise, self.turn_noise = Loudness(), Loudness()
         self._legs = 0
         self._entry = -1  # of the last marker
-        self._turn_most_q4 = _LOUDEST_Q4  # that of turns at most, by what was seen under one marker, ...
-        self._turn_loud_q4 = 0  # ... and by both
         self._near_ms = 0  # of the way that is compared, without standing
-        self._near_ways = Quiet()
-        self._near_turns = Quiet()
+        self._near_ways, self._near_drift, self._near_turns = Slope(), Slope(), Slope()
         self._odometry = None
         self._epoch = self._jumps = -1
         self._last_x = self._last_y = self._last_heading = self._last_us = 0
@@ -128,7 +95,7 @@ class Carrier:
         if fix.entry != self._entry:
             self._entry, self._near_ms = fix.entry, 0
         noise_q4, near = self._model.at_speed_q4(self._speed_mm_s), self._legs <= _NEAR_LEGS
-        ended = self.shares.compare(fix, self._odometry, noise_q4, self._turn_loud_q4, near)
+        ended = self.shares.compare(fix, self._odometry, noise_q4, self.turn_noise.q4, near)
         if ended and near:
             if self.shares.way_mm10 <= _NEAR_MOST_MM10:
                 self._look_closely(fix)
@@ -236,9 +203,9 @@ class Carrier:
         mx = max(-16384, min(16384, (max(-160000, min(160000, self._px)) >> 4) * 26843 >> 14))
         my = max(-16384, min(16384, (max(-160000, min(160000, self._py)) >> 4) * 26843 >> 14))
         since = max(1, min(self._since, 11000))
-        noise_q4 = self._model.at_speed_q4(self._speed_mm_s) + self._loud_q4
+        noise_q4 = self._model.at_speed_q4(self._speed_mm_s) + self.way_noise.q4
         added = times_q4(since * _WAY_NOISE_Q20 >> 10, noise_q4) >> 10
-        noise_q4 += self._turn_loud_q4 - self._loud_q4 + self._model.track_q4
+        noise_q4 += self.turn_noise.q4 - self.way_noise.q4 + self._model.track_q4
         turned = times_q4(since * _TURN_NOISE_Q16 >> 14, noise_q4) >> 2
         way_mm = min(self._way // 10, 16383)  # further, the systematic shares grow no more: it is lost before
         shares = self.shares
@@ -280,32 +247,38 @@ class Carrier:
         self.correlation_q14 = max(-16384, min(16384, (xy << 14) // max(1, both)))
 
     def _hear_noise(self, fix):
-        """How far the marker is off, in squares of the sigma: the noise follows, as a mean of logarithms, so
-        that a single slip or a moved marker changes little."""
+        """How far the marker is off, in squares of the sigma: along the way since the last one, and across it
+        and in the heading, which is what turns make of it."""
         self._grow()
         self._tell()
         dx = max(-20000, min(20000, fix.x_mm10 - self.x_mm10))
         dy = max(-20000, min(20000, fix.y_mm10 - self.y_mm10))
         off = mrad_q4(max(-6000, min(6000, wrap_cdeg(fix.heading_cdeg - self.heading_cdeg))))
         place, turn = _variance_q4(fix), _variance_of_heading_q8(fix)
-        square_q4 = dx * dx // 25 * 64 // (self._xx + place) + dy * dy // 25 * 64 // (self._yy + place)
-        square_q4 += off * off // max(1, self._tt + turn >> 4)
-        # the mean logarithm of such a square is -0.5
-        surprise_q4 = max(_QUIETER_Q4, log2_q4(min(1 << 19, square_q4 // 3), 16)) + 18
-        if fix.moved:
-            step_q4 = min(_MOVED_Q4, surprise_q4)
-        else:
-            self._legs = min(_LEGS, self._legs + 1)
-            step_q4 = surprise_q4 // self._legs
-            self._learn_scale(dx, dy, place)
-        self._loud_q4 = max(-_LOUDEST_Q4, min(_LOUDEST_Q4, self._loud_q4 + step_q4))
-        if surprise_q4 > _SURPRISE_Q4:
-            self._turn_most_q4 += surprise_q4
-        self._settle()
+        turn_q4 = min(1 << 18, off * off // max(1, self._tt + turn >> 4))
+        ahead, aside = self._rx >> 4, self._ry >> 4
+        distance = length(ahead, aside)
+        if distance > _LEARN_MM10 and max(abs(ahead), abs(aside)) <= 120000:
+            ux, uy = (ahead << 12) // distance, (aside << 12) // distance
+            along, across = dx * ux + dy * uy >> 12, dy * ux - dx * uy >> 12
+            cc, ss, cs = ux * ux >> 10, uy * uy >> 10, ux * uy >> 10
+            variance = scaled_q14(self._xx, cc) + 2 * scaled_q14(self._xy, cs) + scaled_q14(self._yy, ss)
+            variance = max(1, variance + place)
+            turn_q4 += _square_q4(across, max(1, self._xx + self._yy + 2 * place - variance))
+            turn_q4 >>= 1
+            if not fix.moved:
+                self._learn_scale(distance, along, max(1, variance - (self._a * self._a >> 4)))
+            self.way_noise.hear(_square_q4(along, variance), fix.moved)
+        self.turn_noise.hear(turn_q4, fix.moved)
+        if not fix.moved:
+            self._legs = min(_NEAR_LEGS + 1, self._legs + 1)
+        self.shares.settle(self.way_noise.q4, self.turn_noise.q4)
 
-    def _settle(self):
-        self._turn_loud_q4 = min(self._loud_q4, self._turn_most_q4)
-        self.shares.settle(self._loud_q4, self._turn_loud_q4)
+    def _learn_scale(self, distance, along, variance):
+        """From how far the marker lies off along the way since the last one."""
+        loud_q4 = self.way_noise.q4
+        variance_q8 = times_q4(min(variance, 1 << 19) << 4, -loud_q4)
+        self.shares.learn_scale(distance // 10, along * 8 // 5, variance_q8, loud_q4)
 
     def _look_closely(self, fix):
         """Before there are legs to learn from: wheels that err less under a marker than the model says, on
@@ -316,37 +289,26 @@ class Carrier:
         way_ms = max(1, self._near_ms)
         noise_q4 = self._model.at_speed_q4(min(8000, shares.way_mm10 * 100 // way_ms))
         expected = times_q4(shares.way_mm10 * _WAY_NOISE_Q20 >> 10, noise_q4) >> 6
-        expected = expected * way_ms // (way_ms + _NEAR_MS)
-        least_q4 = self._model.noise_q4 - noise_q4
-        off = min(4000, abs(shares.missed_q4) * half_track_mm // 160)  # 0.01 mm
+        expected = min(1 << 19, expected * way_ms // (way_ms + _NEAR_MS) * way_ms // (way_ms + _ALIKE_MS))
+        least_q4 = self._model.noise_q4 - noise_q4 + _LEAST_Q4
+        off = max(-4000, min(4000, shares.missed_q4 * half_track_mm // 160))  # 0.01 mm
         scatter = min(2000, mrad_q4(min(fix.scatter_cdeg, 3000)) * half_track_mm // 160)
-        self._near_turns.add(off * off // 39, scatter * scatter // 20, expected)
-        self._turn_most_q4 = min(self._turn_most_q4, max(least_q4, self._near_turns.most_q4()))
-        if shares.off_mm10 >= 0:
-            off, scatter = min(400, shares.off_mm10), min(200, fix.scatter_mm10)
-            tracks_q4 = min(255, (shares.way_mm10 << 3) // (10 * half_track_mm))
-            expected = min(1 << 17, expected)
-            expected += expected * (tracks_q4 * tracks_q4 >> 4) // 12  # across
-            self._near_ways.add(off * off * 64 // 25, scatter * scatter * 256 // 25, expected)
-            most_q4 = max(least_q4, self._near_ways.most_q4())
-            self._loud_q4 = min(self._loud_q4, most_q4)
-        self._settle()
+        slope = self._near_drift if shares.told_mm else self._near_turns
+        square = slope.rest(shares.told_mm >> 3 or shares.told_mrad >> 4, off)
+        if square >= 0:
+            self.turn_noise.look(square, scatter * scatter // 20, expected, least_q4)
+        if shares.told_mm:
+            off, scatter = max(-4000, min(4000, shares.off_mm10 * 10)), min(2000, fix.scatter_mm10 * 10)
+            square = self._near_ways.rest(shares.told_mm >> 3, off)
+            if square >= 0:
+                self.way_noise.look(square, scatter * scatter // 20, expected, least_q4)
+        shares.settle(self.way_noise.q4, self.turn_noise.q4)
 
-    def _learn_scale(self, dx, dy, place_q4):
-        """From how far the marker lies off along the way since the last one."""
-        ahead, aside = self._rx >> 4, self._ry >> 4
-        if abs(ahead) > 120000 or abs(aside) > 120000:
-            return
-        distance = length(ahead, aside)
-        if distance <= _LEARN_MM10:
-            return
-        ux, uy = (ahead << 12) // distance, (aside << 12) // distance
-        along = dx * ux + dy * uy >> 12
-        cc, ss, cs = ux * ux >> 10, uy * uy >> 10, ux * uy >> 10
-        variance = scaled_q14(self._xx, cc) + 2 * scaled_q14(self._xy, cs) + scaled_q14(self._yy, ss)
-        variance = max(1, variance - (self._a * self._a >> 4) + place_q4)
-        variance_q8 = times_q4(min(variance, 1 << 19) << 4, -self._loud_q4)
-        self.shares.learn_scale(distance // 10, along * 8 // 5, variance_q8, self._loud_q4)
+
+def _square_q4(off_mm10, variance_q4):
+    """The square of a distance by its variance, Q4."""
+    off_mm10 = min(20000, abs(off_mm10))
+    return min(1 << 18, off_mm10 * off_mm10 // 25 * 64 // variance_q4)
 
 
 def _variance_q4(fix):

@@ -17,9 +17,9 @@ from larics.locate.odometry import length
 from larics.locate.uncertainty import times_q4
 
 _WINDOW_MM10 = const(6000)  # compared under one marker, or this while the noise of the wheels is unknown, ...
-_NEAR_MM10 = const(2000)
+_NEAR_MM10 = const(1000)
 _LEAST_MM10 = const(3000)  # ... and from one to another
-_LEAST_MM = const(200)  # less way, straight ahead, teaches nothing
+_LEAST_MM = const(80)  # less way, straight ahead, teaches nothing
 _TURN_CDEG = const(6000)  # of a turn on the spot that is compared
 _FURTHEST_MM10 = const(160000)
 _MOST_MM = const(16383)
@@ -120,8 +120,8 @@ class OdometryShares:
     contradicts the markers by more than wheels can, for as long as it does. model: OdometryNoise.
 
     After a `compare` that returned True: way_mm10, driven or turned; missed_q4, by how much the
-    turn differed from what the shares make of it, mrad; and off_mm10, how far the way ended from that by the
-    markers, -1 after a turn on the spot."""
+    turn differed from what the shares make of it, mrad; off_mm10, by how much the way is longer by the
+    markers; told_mm, of the way, or 0 after a turn on the spot, and told_mrad."""
 
     def __init__(self, model):
         self._model = model
@@ -136,13 +136,13 @@ class OdometryShares:
         self._odometry_x = self._odometry_y = self._odometry_heading = 0  # ... and by odometry
         self._entry = -1
         self._scatter_cdeg = 0
-        self._forward = self._way = self._turned = 0  # since then, by odometry
-        self.way_mm10 = self.missed_q4 = 0
-        self.off_mm10 = -1
+        self._forward = self._driven = self._way = self._turned = 0  # since then, by odometry
+        self.way_mm10 = self.missed_q4 = self.off_mm10 = self.told_mm = self.told_mrad = 0
 
     def carry(self, forward_mm10, way_mm10, turn_cdeg):
         """Odometry told that."""
         self._forward = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._forward + forward_mm10))
+        self._driven = min(_FURTHEST_MM10, self._driven + abs(forward_mm10))
         self._way = min(_FURTHEST_MM10, self._way + way_mm10)
         self._turned = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._turned + turn_cdeg))
 
@@ -168,11 +168,12 @@ class OdometryShares:
             window_mm10 = _LEAST_MM10
             if fix.entry == self._entry:
                 window_mm10 = _NEAR_MM10 if near else _WINDOW_MM10
-                if max(self._way, abs(dx), abs(dy)) < window_mm10 >> 1:
+                if max(self._driven, abs(dx), abs(dy)) < window_mm10 >> 1:
                     if abs(self._turned) < _TURN_CDEG:
                         return False  # as nearly always
-            self.way_mm10 = max(self._way, length(dx, dy))
-            if self.way_mm10 >= window_mm10:
+            distance = length(dx, dy)
+            self.way_mm10 = max(self._way, distance)
+            if max(self._driven, distance) >= window_mm10:
                 fits = self._compare_way(fix, odometry, loud_q4) and fix.entry == self._entry
             elif fix.entry == self._entry and abs(self._turned) >= _TURN_CDEG:
                 fits = self._compare_turn(fix, odometry, loud_q4)
@@ -184,7 +185,7 @@ class OdometryShares:
         self._odometry_x, self._odometry_y = odometry.x_mm10, odometry.y_mm10
         self._odometry_heading = odometry.heading_cdeg
         self._scatter_cdeg = fix.scatter_cdeg
-        self._forward = self._way = self._turned = 0
+        self._forward = self._driven = self._way = self._turned = 0
         return fits
 
     def _missed_cdeg(self, fix, odometry):
@@ -217,7 +218,7 @@ class OdometryShares:
         told = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
         missed = mrad_q4(missed_cdeg) - self.drift.in_all_q4(self._forward // 10)
         self.missed_q4 = missed - self.turn.in_all_q4(told)
-        self.off_mm10 = -1
+        self.told_mm, self.told_mrad = 0, told
         variance = self._heading_variance_q8(fix)
         if self._is_usual(self.turn, told, missed, variance, loud_q4):
             prior = self.turn.in_all_q4(told) - self.turn.beyond_prior_q4(told)
@@ -234,14 +235,16 @@ class OdometryShares:
         apart_cdeg = _APART_CDEG + (abs(self._turned) >> 2) + way_mm10 * 6 // 100
         fits = abs(missed_cdeg) <= min(17000, apart_cdeg)
         x, y = fix.x_mm10 - self._x, fix.y_mm10 - self._y
-        self.off_mm10 = apart_mm10(x, y, told_x, told_y, self._heading - self._odometry_heading)
-        fits = fits and self.off_mm10 <= _APART_MM10 + (way_mm10 >> 2)
+        apart = apart_mm10(x, y, told_x, told_y, self._heading - self._odometry_heading)
+        fits = fits and apart <= _APART_MM10 + (way_mm10 >> 2)
         if not self._judge(fits):
             return False
         turned = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
         told = self._forward // 10
         missed = mrad_q4(missed_cdeg) - self.turn.in_all_q4(turned)
         self.missed_q4 = missed - self.drift.in_all_q4(told)
+        self.off_mm10 = length(x, y) - length(told_x, told_y)
+        self.told_mm, self.told_mrad = told if abs(told) >= _LEAST_MM else 0, turned
         variance = min(_MOST_VARIANCE, self._heading_variance_q8(fix) + self.turn.variance_q8(turned))
         if abs(told) >= _LEAST_MM and self._is_usual(self.drift, told, missed, variance, loud_q4):
             prior = self.drift.in_all_q4(told) - self.drift.beyond_prior_q4(told)
