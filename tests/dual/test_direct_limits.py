@@ -92,7 +92,7 @@ def test_deviations_of_the_first_passes():
 
 
 def test_a_prediction_saves_crossings():
-    for predicted, asked in ((0, [6, 6, 16, 16]), (8000, [4, 4, 12, 12])):
+    for predicted, asked in ((0, [6, 6, 16, 16]), (7167, [4, 4, 12, 12]), (7168, [3, 3, 12, 12])):
         script = examined(8000, (626, 0, 121, 0), predicted)[1]
         assert [one[0] for one in script.passes] == asked
 

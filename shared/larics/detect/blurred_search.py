@@ -61,9 +61,9 @@ class BlurredSearch:
         """Begins a frame."""
         scales = self._scales
         self.in_turns = len(scales) > _TOGETHER and self.is_sparing()
-        turn = self._empty % len(scales)
-        for index in range(len(scales)):
-            scales[index].is_searched = self.in_turns and index != turn
+        for scale in scales:
+            scale.is_searched = self.in_turns
+        scales[self._empty % len(scales)].is_searched = False
 
     def end(self, found):
         """Ends a frame in which some marker was found, or none."""

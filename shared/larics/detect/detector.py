@@ -196,7 +196,8 @@ class Detector:
             self._ask_again(frame)
         else:
             self._search_window(frame, x_q8, y_q8, radius_q8)
-            self._report_kept()
+            if self._kept.margin:
+                self._report_kept()
             self._missed = not self._count
         return self._finish()
 
@@ -315,13 +316,13 @@ class Detector:
 
         score: of the votes for it. Returns whether it is."""
         statistics = self.statistics
-        statistics.candidates += 1
         direct = self.direct
         verdict = direct.examine(frame, scale, edges, x_q8, y_q8, radius_q8)
         if verdict <= verdicts.ID_UNCERTAIN and self.blur_reader is not None and not direct.decides():
             if verdict == verdicts.ACCEPTED and not direct.tiny():
                 self._keep(flags)
             verdict = verdicts.POOR_RINGS
+        statistics.candidates += 1
         statistics.verdicts[verdict] += 1
         is_turned = verdict == verdicts.ACCEPTED and direct.is_turned
         if (verdict or is_turned) and self.blur_reader is not None:

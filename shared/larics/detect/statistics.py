@@ -21,13 +21,19 @@ class Statistics:
 
     def __init__(self):
         self.verdicts = array("H", bytes(2 * len(VERDICT_NAMES)))
+        self.candidates = 0
         self.clear()
 
     def clear(self):
+        ended = self.verdicts
+        left = self.candidates
+        index = 0
+        while left:  # each has ended once, most as one of the first verdicts
+            left -= ended[index]
+            ended[index] = 0
+            index += 1
         self.steep = self.edges = self.votes = self.cells = self.candidates = self.crossings = 0
         self.blur_verdict = -1
-        for index in range(len(self.verdicts)):
-            self.verdicts[index] = 0
 
     def effort(self, votes=0):
         """What the search and the direct reader took so far, thousands of instructions on a Cortex-M7, and

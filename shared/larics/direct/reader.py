@@ -27,7 +27,9 @@ _DEVIATION_Q10 = const(480)  # after the first passes
 _LINES_COARSE = const(6)  # crossings a quarter ring: in the first passes,
 _LINES_COARSE_SMALL = const(12)
 _LINES = const(16)  # and in the last ones;
-_LINES_COARSE_TRACKED = const(4)  # near a good prediction fewer will do
+_LINES_COARSE_TRACKED = const(4)  # near a good prediction fewer will do,
+_LINES_COARSE_TRACKED_LARGE = const(3)  # of rings from
+_LARGE_Q8 = const(7168)  # this radius on
 _LINES_TRACKED = const(12)
 _FAR_OFF_Q10 = const(400)  # a first pass that moves the rings by more, and by 1/51, is followed by others,
 _COARSE_PASSES = const(3)  # at most that many
@@ -112,7 +114,7 @@ class DirectReader:
         coarse_lines = _LINES_COARSE
         fine_lines = _LINES
         if radius_q8:
-            coarse_lines = _LINES_COARSE_TRACKED
+            coarse_lines = _LINES_COARSE_TRACKED if radius_q8 < _LARGE_Q8 else _LINES_COARSE_TRACKED_LARGE
             fine_lines = _LINES_TRACKED
             rings.start(x_q8 << 2, y_q8 << 2, radius_q8)
         elif not edges or not rings.coarse(scale.edges.edges, edges, x_q8, y_q8, scale.radii):
