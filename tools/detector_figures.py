@@ -8,7 +8,7 @@ lines.png    step 4: orientation and code    cells.png    step 5: the cells
 margin.png   step 6: each rule's distance    blurred.png  a frame that only the blur-model reader reads
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import matplotlib
@@ -329,7 +329,8 @@ def blurred_figure():
     right.bar(range(8), amounts, color=colours)
     right.axhline(150, color=RED, linestyle=":", linewidth=1)
     right.axhline(85, color=BLUE, linestyle=":", linewidth=1)
-    right.set_xticks(range(8), ["%d\N{DEGREE SIGN}" % (45 * p) for p in range(8)])
+    right.set_xticks(range(8), ["%d\N{DEGREE SIGN}" % (45 * p) for p in range(8)], fontsize=8)
+    right.set_xlabel("position from the orientation line")
     right.set_title("Lines, 256 = as dark as the rings\nwould be in this blur", fontsize=10)
     return figure
 
@@ -364,4 +365,6 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "detector")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", metavar="FOLDER", type=Path, nargs="?", default=ROOT / "docs" / "detector")
+    main(parser.parse_args().folder)

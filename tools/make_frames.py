@@ -8,6 +8,7 @@ grey level, since its mathematical library and OpenCV's vector code round differ
 committed, and nothing that tests compare byte for byte is rendered afresh.
 """
 
+import argparse
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -87,7 +88,9 @@ def frames(batches):
 
 def main():
     """Writes the frames and truth.csv; removes frames that are no longer made."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "tests" / "frames"
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", metavar="FOLDER", type=Path, nargs="?", default=ROOT / "tests" / "frames")
+    folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob("*.pgm"):
         old.unlink()

@@ -6,7 +6,7 @@ method_bits.png    the local window after the threshold, and H(alpha) with the p
                    (figure 7)
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import matplotlib
@@ -143,5 +143,7 @@ def write(folder):
 
 
 if __name__ == "__main__":
-    for written in write(sys.argv[1] if len(sys.argv) > 1 else ROOT / "docs"):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", metavar="FOLDER", type=Path, nargs="?", default=ROOT / "docs")
+    for written in write(parser.parse_args().folder):
         print("wrote", written)

@@ -12,7 +12,7 @@ from . import methods  # noqa: E402
 _COLOURS = {
     "larics": "#0b5fa5",
     "larics_sharp": "#0b5fa5",
-    "larics_coded": "#13a08c",
+    "larics_coded": "#c2407a",
     "paper": "#8a8a8a",
     "aruco": "#f0b46c",
     "aruco_subpix": "#d97b1a",
@@ -26,7 +26,9 @@ _LINE = dict(marker="o", markersize=4)
 _STYLE = {  # what differs from _LINE; before and after have one colour
     "larics": dict(zorder=4),
     "larics_sharp": dict(linestyle="--", markersize=8, markerfacecolor="none", zorder=3),
+    "larics_coded": dict(marker="s"),
     "paper": dict(linestyle=":"),
+    "apriltag": dict(marker="^", markersize=5),
 }
 
 
