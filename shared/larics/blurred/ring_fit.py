@@ -309,3 +309,10 @@ class BlurredRings:
         self.good = sector_kernels.sector_levels(
             self._sectors, 0, 0, self.amplitude, self.background, _GOOD_MATCH, _WIDE, local, self.levels
         )
+
+    def local_depths(self):
+        """How deep the rings are in 16 sectors, as kernels.cells.local_depths takes it; in scratch space."""
+        depths = self._outer
+        for sector in range(16):
+            depths[16 + sector] = self.levels[2 * sector] + self.levels[2 * sector + 1] >> 1
+        return depths

@@ -198,6 +198,13 @@ class CellReader:
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
+    def fade(self, depth, local, turn16):
+        """Puts what was measured in proportion to how dark the rings are before each cell.
+
+        depth, local: of the rings, and of their 16 sectors, as in kernels.cells.local_depths, which tells
+        which cells a hidden ring leaves out."""
+        return kernels.local_depths(depth, 0, turn16, local, self.depths)
+
     @micropython.native
     def measure_direct(self, frame, rings, lines, is_faint):
         """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`.
@@ -207,6 +214,6 @@ class CellReader:
         if not kernels.direct_place(rings.fit, 0, 0, COSINE, angle_turn16, self.pose):
             return False
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
-        hidden = kernels.local_depths(rings.area, 0, angle_turn16, rings.outer_means, self.depths)
+        hidden = self.fade(rings.area, rings.outer_means, angle_turn16)
         self._hidden = 0 if is_faint else hidden
         return True
