@@ -99,9 +99,11 @@ def _end_with_parent():
 
 
 @contextlib.contextmanager
-def emulator(firmware):
-    """The terminal device of an emulated board."""
+def emulator(firmware, loads=()):
+    """The terminal device of an emulated board; loads: (path, address) of files that lie in its memory."""
     command = ["qemu-system-arm", *MACHINE, "-serial", "pty", "-kernel", str(firmware)]
+    for path, address in loads:
+        command += ["-device", "loader,file=%s,addr=%d,force-raw=on" % (path, address)]
     try:
         process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,

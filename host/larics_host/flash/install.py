@@ -83,12 +83,8 @@ class Plan:
 
     def rom_image(self) -> bytes:
         """The program as a file system that is read in place."""
-        from mpremote.romfs import VfsRomWriter
-
-        writer = VfsRomWriter()
-        _put(writer, [(name.split("/"), data) for name, data in self.files])
-        writer.mkfile("complete", str(self.number).encode())  # last: a part of it is no program
-        return bytes(writer.finalise())
+        # `complete` last: a part of it is no program
+        return rom_image([*self.files, ("complete", str(self.number).encode())])
 
     def version_hash(self) -> str:
         """Names this program: the beginning of the hash of all its files."""
@@ -101,6 +97,15 @@ class Plan:
 def _is_ours(text, rescue):
     """Whether a boot.py (text, None without one) is from here: whole, of another version, or cut off."""
     return text is None or rescue.startswith(text) or text.startswith(rescue.splitlines()[0])
+
+
+def rom_image(files: Sequence[tuple[str, bytes]]) -> bytes:
+    """Files [(name, bytes)] as a ROMFS, in their order."""
+    from mpremote.romfs import VfsRomWriter
+
+    writer = VfsRomWriter()
+    _put(writer, [(name.split("/"), data) for name, data in files])
+    return bytes(writer.finalise())
 
 
 def _put(writer, files):
