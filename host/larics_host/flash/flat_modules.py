@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from larics_host.flash import linker, short_names
 
+STARTED = "start"  # by firmware/main.py
 _MODULES_OF_BOARDS = {"builtins", "micropython", "main", "boot", "copy"}
 _FUNCTIONS = (ast.FunctionDef, ast.Lambda)
 
@@ -32,7 +33,7 @@ def flattened(texts: Mapping[str, str], kernels: Collection[str], keep: Iterable
     """texts: {module: text} of a whole program, linked; kernels: those of its modules that hold nothing but
     functions; keep: names of modules, or last parts of them, that are loaded from outside."""
     trees = {module: ast.parse(text) for module, text in texts.items()}
-    kept = _kept(trees, {*keep, *_roots(trees)})
+    kept = _kept(trees, {*keep, STARTED})
     groups = _groups(trees, {module for module in kernels if module not in kept})
     names = {module: module for module in kept}
     free = _free_names(trees)
@@ -48,16 +49,6 @@ def flattened(texts: Mapping[str, str], kernels: Collection[str], keep: Iterable
         flat.texts[name] = flat.texts.get(name, "") + text
         flat.origins.setdefault(name, []).append(module)
     return flat
-
-
-def _roots(trees):
-    """Modules with what is called from outside."""
-    return {
-        module
-        for module, tree in trees.items()
-        for node in tree.body
-        if isinstance(node, ast.FunctionDef) and node.name in linker.ROOTS
-    }
 
 
 def _kept(trees, keep):
