@@ -2,7 +2,7 @@
 
 from larics.arith.fixed import cos_q14
 from larics.blurred import uncertainty
-from larics.blurred.candidates import LOOKED, SCORE, Candidates
+from larics.blurred.candidates import LOOKED, RADIUS_Q8, SCORE, Candidates
 from larics.blurred.places import READ, REJECTED, UNKNOWN, Places
 from larics.blurred.reader import BlurModelReader
 from larics.blurred.ring_fit import LOST_FOR_GOOD, LOST_IN_NOISE, LOST_ON_THE_WAY, BlurredRings
@@ -319,6 +319,43 @@ def test_how_often_it_fits_what_is_no_marker():
     assert fits((LOST_ON_THE_WAY,), sparing=True, clear=True) == (1, 2)
     assert fits((LOST_ON_THE_WAY,), clear=True) == fits((LOST_ON_THE_WAY,)) == (2, 4)
     assert fits((LOST_ON_THE_WAY,), recognizes=True) == (2, 5)  # what was read before is not to go short
+
+
+class Starts(NoFit):
+    """Rings that note where fits begin; a coarse look finds them at (2, 2)."""
+
+    def __init__(self, faint):
+        super().__init__((LOST_ON_THE_WAY,))
+        self.faint = faint
+        self.poses = []
+
+    def start(self, *pose):
+        self.poses.append(pose)
+
+    def coarse(self, *arguments):
+        self.x_q10 = self.y_q10 = 2048
+        return 1
+
+    def is_faint(self):
+        return self.faint
+
+
+def test_the_last_fit_begins_where_the_votes_were():
+    for least_q8, faint, still, expected in (
+        (3072, False, 1, (320, 240)),
+        (3072, False, 0, (320, 240)),
+        (3071, False, 1, (2048, 2048)),
+        (3072, True, 1, (2048, 2048)),
+        (3072, True, 0, (0, 0)),  # where the fit of motion led to
+    ):
+        reader = BlurModelReader(136, 128, LARICS3, 175, bytearray(512), 16, None, cut(25, 35))
+        reader.candidates.remember(80, 60, least_q8, 9000, verdicts.NO_FIT, 0, False)
+        reader.candidates.items[RADIUS_Q8] = 7000
+        reader.rings = rings = Starts(faint)
+        reader.blur.still, reader._fits_left = still, 4
+        assert reader._examine_candidate(None, 0) == verdicts.NO_FIT
+        assert len(rings.poses) == 3 and rings.poses[2][:2] == expected, (least_q8, faint, still)
+        assert rings.poses[2][2] == (7000 if expected == (320, 240) else 0)
 
 
 def budgeted(budget, clear=True):

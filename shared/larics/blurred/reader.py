@@ -28,7 +28,8 @@ from larics.blurred.ring_fit import LOST_FOR_GOOD, LOST_ON_THE_WAY, BlurredRings
 from larics.direct.uncertainty import sigma_q12
 from larics.marker import verdicts
 
-_ALONG = const(408)  # as in kernels.layouts
+_BIAS = const(1 << 24)  # items as in kernels.layouts
+_ALONG = const(408)
 
 _TURNS = const(3)
 _TURNS_AGAIN = const(2)  # with the lines taken out
@@ -42,6 +43,7 @@ _SECOND_FIT_EFFORT = const(1000)  # so much more the second fit of a candidate m
 _LINE_EFFORT = const(500)  # that one alone,
 _LOOK_EFFORT = const(450)  # a look
 _GOOD_OF_MOTION = const(13)  # where motion led a fit astray, fewer sectors look like rings;
+_VOTED_LEAST_Q8 = const(3072)  # of smaller rings the votes tell the centre less exactly
 _LARGE_Q8 = const(5120)  # rings from that size on are not fitted again otherwise
 _DEPTH_FIRST = const(130)
 _SHARP_SIGMA = const(8)  # entry of blur.SIGMAS: up to here a picture without motion is sharp,
@@ -168,10 +170,17 @@ class BlurModelReader:
         return self._examine_lines(frame)
 
     def _fit_again(self, frame, slot):
-        """Fits the rings from where the last fit of motion led to; when still, after another coarse look."""
+        """Fits the rings from the centre that was voted for, which motion shifts less than a coarse look.
+
+        Where they are faint or small, from where the last fit of motion led to; when still, after another
+        coarse look."""
         rings = self.rings
+        candidate = self.candidates.items
+        if candidate[slot + items.LEAST_Q8] >= _VOTED_LEAST_Q8 and not rings.is_faint():
+            x_q10 = candidate[slot + items.X_Q8] - _BIAS << 2
+            y_q10 = candidate[slot + items.Y_Q8] - _BIAS << 2
+            return self._fit_rings(frame, x_q10, y_q10, candidate[slot + items.RADIUS_Q8], 0, 0)
         if self.blur.still:
-            candidate = self.candidates.items
             if not rings.coarse(
                 frame, candidate[slot + items.X_Q10] >> 2, candidate[slot + items.Y_Q10] >> 2,
                 candidate[slot + items.LEAST_Q8], candidate[slot + items.MOST_Q8], 0,

@@ -224,7 +224,7 @@ class BlurredRings:
             kernels.mean_samples(0, 0, self.samples, 0 if first else _COUNT, 32, _COUNT, self._means)
             if lines is None and turn < 2 and not self.blur.search(self._means, turn):
                 if first and self.blur.score < _NEAR_SCORE:
-                    self.lost = LOST_IN_NOISE if self.blur.is_faint(_FAINT_POWER) else LOST_FOR_GOOD
+                    self.lost = LOST_IN_NOISE if self.is_faint() else LOST_FOR_GOOD
                 return False
             limit = 3072 if first else 2048 if lines is None and turn == 1 else 1536
             if not self._step(limit, _FIRST_MATCH if first else _MATCH, not first):
@@ -232,6 +232,10 @@ class BlurredRings:
         self._measure_sectors()
         self.measure_light(self._local)
         return True
+
+    def is_faint(self):
+        """Whether noise may have led the last search for a blur astray."""
+        return self.blur.is_faint(_FAINT_POWER)
 
     def _step(self, limit, least_match, perspective):
         """One step; with `perspective` the distance of the rings' centres counts, as far as it is sure."""
