@@ -1069,8 +1069,8 @@ def code_residuals(before, after, result):
 
 
 def local_depths(before, after, result):
-    area, _, angle, means, depths = before
-    hidden = {sector for sector in range(16) if 0 < means[16 + sector] < area // 2}
+    area, _, angle, is_faint, means, depths = before
+    hidden = {sector for sector in range(16) if not is_faint and 0 < means[16 + sector] < area // 2}
     faded = (numbers(depths) > BIAS + 154).sum() >= 4
     expected = 0
     for cell in range(24):
@@ -1079,11 +1079,11 @@ def local_depths(before, after, result):
         nearest = {math.floor(place - 0.5) % 16, math.floor(place + 0.5) % 16}
         expected |= bool(nearest & hidden) << cell
         seen = [means[16 + sector] for sector in nearest if means[16 + sector]]
-        share = min(1, sum(seen) / len(seen) / max(1, area)) if seen else 1
+        share = sum(seen) / len(seen) / max(1, area) if seen else 1
         depth = depths[cell] - BIAS
-        if faded and depth > -(1 << 20):
-            depth = depth / max(share, 110 / 256)
-        assert abs(after[4][cell] - BIAS - depth) <= 2 + abs(depth) / 90
+        if faded and depth > -(1 << 20) and share < 15 / 16:
+            depth = depth / max(share, (190 if nearest & hidden else 110) / 256)
+        assert abs(after[5][cell] - BIAS - depth) <= 2 + abs(depth) / 90
     assert result == expected
 
 

@@ -226,7 +226,7 @@ class BlurModelReader:
                 frame, (rings.x_q10 + 2) >> 2, (rings.y_q10 + 2) >> 2, rings.radius_q8, rings.e1, rings.e2,
                 rings.hx, rings.hy, lines.angle_turn16, self._cell_depth(),
             )  # fmt: skip
-            cells.fade(rings.amplitude, rings.local_depths(), lines.angle_turn16)
+            cells.fade(rings.amplitude, rings.local_depths(), lines.angle_turn16, True)
         verdict = acceptance.lines(lines, rival, rings.radius_q8, cells)
         if verdict == verdicts.ACCEPTED:
             if hidden and acceptance.margin < _TILTED_MARGIN:

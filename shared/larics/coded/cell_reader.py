@@ -198,22 +198,21 @@ class CellReader:
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
-    def fade(self, depth, local, turn16):
+    def fade(self, depth, local, turn16, is_faint):
         """Puts what was measured in proportion to how dark the rings are before each cell.
 
-        depth, local: of the rings, and of their 16 sectors, as in kernels.cells.local_depths, which tells
-        which cells a hidden ring leaves out."""
-        return kernels.local_depths(depth, 0, turn16, local, self.depths)
+        depth, local: of the rings, and of their 16 sectors, as in kernels.cells.local_depths; is_faint: where
+        the rings show less than elsewhere they are faint, as behind dirt, and not hidden."""
+        self._hidden = kernels.local_depths(depth, 0, turn16, is_faint, local, self.depths)
 
     @micropython.native
     def measure_direct(self, frame, rings, lines, is_faint):
         """Measures through the pose of `direct.ring_fit.RingFit` and `direct.line_reader.LineReader`.
 
-        is_faint: where the rings show less than elsewhere they are faint, as behind dirt, and not hidden."""
+        is_faint: as in `fade`."""
         angle_turn16 = lines.angle_turn16
         if not kernels.direct_place(rings.fit, 0, 0, COSINE, angle_turn16, self.pose):
             return False
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
-        hidden = self.fade(rings.area, rings.outer_means, angle_turn16)
-        self._hidden = 0 if is_faint else hidden
+        self.fade(rings.area, rings.outer_means, angle_turn16, is_faint)
         return True

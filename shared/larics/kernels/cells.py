@@ -36,6 +36,8 @@ _PLACE_HEIGHT = const(15)
 _BENT_MOST = const(4096)
 _COVERED_Q8 = const(128)  # a ring's sector with less of the rings' area is hidden
 _FADED_LEAST_Q8 = const(110)  # darkness is made up for down to this share of the rings' area
+_HIDDEN_LEAST_Q8 = const(190)  # of what may be hidden, down to this: an edge of what covers it is no cell
+_OUTSIDE = const(_BIAS - (1 << 20))  # below it a cell is not looked at
 _DARK_LEAST = const(4)  # where so many cells are dark as they are,
 _DARK = const(_BIAS + 154)  # by this
 _CELL_TURN16 = const(3368)  # of the first cell of a quarter turn, of a cell, of the gap after the third
@@ -232,24 +234,30 @@ def cell_depths(
 
 
 @micropython.viper
-def local_depths(area: int, i: int, angle: int, means: ptr32, depths: ptr32) -> int:
+def local_depths(area: int, i: int, angle: int, is_faint: int, means: ptr32, depths: ptr32) -> int:
     """Puts darkness in proportion to that of the rings before each cell; returns the cells that are hidden.
 
     Dirt on a lens blurs one side: cells there are fainter, as the ring is. area: of the rings, 0..2**20;
     angle: clockwise, of the orientation line, 0..65535 of a turn; means: as from harmonics.ring_harmonics of
     the outer ring, 16 + k: area of sector k, 0..2**20, 0 where it was not looked at; depths: as from
-    `cell_depths`. Of the nearest two sectors the mean counts, where it is less than the rings' area, and some
-    cells are dark as they are: dirt on the plate of a plain marker is not to look darker.
-    Bit k is set for cell k when one of its two sectors has less than half the rings' area."""
+    `cell_depths`. A cell is hidden when one of the nearest two sectors has less than half the rings' area,
+    unless is_faint: then that is known to be faint, too. The mean of both counts, where it is less than the
+    rings' area by a sixteenth, not in full of those hidden, and when some cells are dark as they are: dirt on
+    the plate of a plain marker is not to look darker. Bit k is set for cell k when it is hidden."""
     if area < 1:
         area = 1
     half = (area * _COVERED_Q8) >> 8
+    if is_faint:
+        half = 0
+    most = area + area - (area >> 3)
     dark = 0
     cell = 0
     while cell < 24:
         if int(depths[cell]) > _DARK:
             dark += 1
         cell += 1
+    if dark < _DARK_LEAST:
+        most = 0
     hidden = 0
     angle -= _CELL_TURN16 - 2048
     i = 0
@@ -264,14 +272,15 @@ def local_depths(area: int, i: int, angle: int, means: ptr32, depths: ptr32) -> 
         elif before == 0:
             before = after
         if after > 0:
+            least = _FADED_LEAST_Q8
             if before < half or after < half:
                 hidden = hidden | (1 << cell)
-            value = int(depths[cell]) - _BIAS
-            if dark >= _DARK_LEAST and before + after < area + area and value > 0 - (1 << 20):
+                least = _HIDDEN_LEAST_Q8
+            if before + after < most and int(depths[cell]) > _OUTSIDE:
                 k = ((before + after) << 7) // area
-                if k < _FADED_LEAST_Q8:
-                    k = _FADED_LEAST_Q8
-                depths[cell] = (value << 8) // k + _BIAS
+                if k < least:
+                    k = least
+                depths[cell] = ((int(depths[cell]) - _BIAS) << 8) // k + _BIAS
         cell += 1
         i += 1
         angle -= _CELL_STEP_TURN16
