@@ -14,7 +14,7 @@ except ImportError:
     from larics._cpython import const, micropython
 
 from larics.arith import tables
-from larics.arith.fixed import AXES, LOG_GREY, ROOT
+from larics.arith.fixed import AXES, LOG_GREY, ROOT, words
 from larics.kernels import coarse, harmonics
 from larics.kernels import rings as kernels
 
@@ -85,7 +85,7 @@ class RingFit:
         self.skip = bytearray(2 * SECTORS)
         self.outer_means = array("i", bytes(SECTORS * 8))
         self.inner_means = array("i", bytes(SECTORS * 8))
-        self.distances = array("i", bytes(_DISTANCES * 4))
+        self.distances = words(_DISTANCES, "distances")
         self.bins = bytearray((radius_max_q8 >> 7) + 32)
         self.outer = array("i", bytes(4 * _RING_ITEMS))
         self.inner = array("i", bytes(4 * _RING_ITEMS))
