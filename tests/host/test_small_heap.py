@@ -6,6 +6,7 @@ import subprocess
 
 import pytest
 
+from larics.settings.fields import FIELDS
 from larics_host import cli
 from larics_host.flash import (
     build,
@@ -13,6 +14,7 @@ from larics_host.flash import (
     machine_code,
     mpy_file,
     short_names,
+    silent,
     small_heap,
     tracebacks,
     viper_to_c,
@@ -221,6 +223,34 @@ def test_the_program_is_in_few_modules_and_loads_no_more_than_it_needs(small, us
     second = next(names for names in kernels if "larics/kernels/blur.mpy" in names)
     assert len(direct) > 8 and len(second) > 4
     assert ["larics/kernels/raw.mpy"] in kernels and ["larics/kernels/paper.mpy"] in kernels
+
+
+def test_what_people_read_is_left_out_and_is_refused_as_before():
+    text = (
+        'def line_reason(a):\n    if a > 1:\n        return "%d is more" % a + "than 1"\n    return None\n'
+        'def told(a):\n    if a:\n        raise ValueError("no %s" % a)\n    raise KeyError(a)\n'
+        'def kind():\n    return "more"\n'
+    )
+    there = {}
+    exec(silent.silent(text), there)
+    assert (there["line_reason"](2), there["line_reason"](0), there["kind"]()) == ("no", None, "more")
+    with pytest.raises(ValueError) as raised:
+        there["told"](1)
+    assert raised.value.args == ()
+    with pytest.raises(KeyError) as raised:
+        there["told"](0)
+    assert raised.value.args == (0,)
+    quiet = {}
+    path = ROOT / "shared/larics/settings/fields.py"
+    exec(silent.silent(path.read_text()), quiet)
+    compared = 0
+    for entry, other in zip(FIELDS, quiet["FIELDS"], strict=True):
+        assert entry.reason(entry.full(entry.default)) is other.reason(entry.full(entry.default)) is None
+        for value in (-(10**9), None, "none", [[1]], [10**9] * 100):
+            reason = entry.reason(value)
+            assert (reason is None) == (other.reason(value) is None)
+            compared += reason is not None and other.reason(value) == "no"
+    assert compared > 200
 
 
 def test_a_traceback_is_translated_into_that_of_the_usual_program(faulty, tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,12 +68,16 @@ def program(root: Path, also: Sequence[str] = ()) -> list[tuple[Path, str]]:
 
 
 def texts(
-    root: Path, also: Sequence[str] = (), numbers: Mapping[tuple[str, str], int] | None = None
+    root: Path,
+    also: Sequence[str] = (),
+    numbers: Mapping[tuple[str, str], int] | None = None,
+    changed: Callable[[str], str] = str,
 ) -> dict[str, str]:
     """{name on the board: source text that is compiled for it} of every file of the program; `numbers` as in
-    linker.link."""
+    linker.link; changed: what is made of each text before."""
     modules = {name: module_of(name) for _, name in program(root, also)}
-    linked = linker.link({modules[name]: path.read_text() for path, name in program(root, also)}, numbers)
+    sources = {modules[name]: changed(path.read_text()) for path, name in program(root, also)}
+    linked = linker.link(sources, numbers)
     return {name: linked[module] for name, module in modules.items()}
 
 

@@ -3,6 +3,7 @@
     machine code   of the kernels comes from a C compiler, where there is one for the board
     names          are those that MicroPython has anyway (flash.short_names)
     modules        have such names, too, without packages; kernels are few modules (flash.flat_modules)
+    texts          of errors and of reasons are left out (flash.silent)
     bytecode       is made of native functions, which are few and not called for each pixel
     lines          of the sources are forgotten, but where files are read in place: there they take nothing
 
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from larics_host.flash import build, flat_modules, machine_code, mpy_file, short_names, tracebacks
+from larics_host.flash import build, flat_modules, machine_code, mpy_file, short_names, silent, tracebacks
 
 HEAP_BYTES = 448 << 10  # a heap below that is small: the usual program takes 375 KB, and some that it leaves
 _KERNELS = "larics/kernels/"
@@ -55,7 +56,7 @@ def compile_small(
 def _compiled(root, march, in_place, also, keep, lacks):
     keep = set(keep)
     numbers = {} if lacks else {("parts", "_WITH_SECOND_OPINION"): _WITH_SECOND_OPINION[in_place]}
-    linked = build.texts(root, also, numbers)
+    linked = build.texts(root, also, numbers, silent.silent)
     usual = {build.module_of(name): name for name in linked}
     kernels = {module for module, name in usual.items() if name.startswith(_KERNELS)}
     modules = {build.module_of(name): _NATIVE.sub("", text) for name, text in linked.items()}
