@@ -153,7 +153,11 @@ class TcpServer:
     baud = MEMORY_BAUD
 
     def __init__(self, port):
-        self._server = socket.create_server(("127.0.0.1", port))
+        try:
+            self._server = socket.create_server(("127.0.0.1", port))
+        except OSError as error:
+            why = os.strerror(error.errno).lower()
+            raise OSError("TCP port %d of this computer cannot be served: %s" % (port, why))
         self._server.setblocking(False)
         self.name = "127.0.0.1:%d" % self._server.getsockname()[1]
         self._peer = None

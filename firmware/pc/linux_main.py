@@ -17,6 +17,7 @@ from app import App
 from atomic_file import AtomicFile
 from cameras import CameraError
 from faults import Faults
+from larics.wire import messages as m
 from pc import byte_lines, host_clock
 from pc.video_camera import VideoCamera
 from pc.video_source import VideoSource
@@ -66,6 +67,14 @@ def open_ends(options):
     return settings, store, faults, camera, make_line(options, settings.baud)
 
 
+def tell_settings(faults, path):
+    """One line when the file of settings could not be read as it is."""
+    if faults.active >> m.FAULT_SETTINGS_CORRUPT & 1:
+        say("%s: what is damaged or not allowed in it has its default" % path)
+    elif faults.active >> m.FAULT_SETTINGS_VERSION & 1:
+        say("%s is of another version: what is not known in it is left out" % path)
+
+
 def make_app(settings, store, faults, camera, line):
     app = App(settings, camera, line, BOARD, unique_id(), store, faults, clock=host_clock, baud=line.baud)
     camera.ready = lambda: app.outbox.empty()
@@ -95,6 +104,7 @@ def main(arguments):
             camera.stop()
             line.close()
             return 0
+        tell_settings(ends[2], options["settings"])
         app = make_app(*ends)
     except (ValueError, OSError, CameraError) as error:
         return fail(str(error))

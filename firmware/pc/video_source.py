@@ -150,7 +150,8 @@ class VideoSource:
     def _opened(self, wanted, name, value):
         capture = cv2.VideoCapture(self._name, cv2.CAP_FFMPEG, wanted + [name, value])
         if not capture.isOpened():
-            raise CameraError("%s cannot be opened: no video that can be read" % self._name)
+            why = "nobody answers there, or " if self.kind == "address" else ""
+            raise CameraError("%s cannot be opened: %sno video that can be read" % (self._name, why))
         return capture
 
     def _next(self):

@@ -15,7 +15,7 @@ import os
 import re
 import stat
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -248,6 +248,26 @@ class GrowingFile:
         with contextlib.suppress(OSError):
             if os.path.isfile(self.path):
                 os.unlink(self.path)
+
+
+PICTURE, PAGE = b"\x89PNG", b"<!doctype html"  # how files begin that are drawn anew each time
+
+
+def refuse_other(path: StrPath, kind: bytes, read: Iterable[StrPath] = ()) -> None:
+    """UserError when a picture or page would take the place of something else, or of what it is made from.
+
+    kind: PICTURE or PAGE; read: the files that are read, and the folders whose pictures are."""
+    target = Path(path)
+    if not target.is_file():
+        return
+    for source in map(Path, read):
+        if source.exists() and (source.samefile(target) or source.samefile(target.parent)):
+            raise UserError("%s would overwrite what is read: choose another name" % path)
+    with contextlib.suppress(OSError), open(target, "rb") as file:
+        head = file.read(len(kind))
+        if head and head.lower() != kind.lower():
+            what = "picture" if kind == PICTURE else "page"
+            raise UserError("%s exists and is no %s: choose another name" % (path, what))
 
 
 def refuse_existing(path: StrPath, force: bool) -> None:

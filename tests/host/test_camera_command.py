@@ -211,17 +211,20 @@ def test_the_c_library_reads_it(tmp_path):
         (["--source", "nothing.mp4"], "there is no file nothing.mp4"),
         (["--source", "."], ". is a folder"),
         (["--source", "empty.mp4"], "empty.mp4 is empty"),
-        (["--source", "http://127.0.0.1:9/"], "cannot be opened"),
+        (["--source", "http://127.0.0.1:9/"], "cannot be opened: nobody answers there"),
         (["--source", "x", "--size", "640"], "--size 640 is no size"),
         (["--source", "x", "--tcp", "70000"], "--tcp 70000 is no port"),
         (["--source", "x", "--fps", "nan"], "--fps nan"),
         (["--source", "x", "--baud", "0"], "--baud 0"),
         (["--source", "x", "--set", "nonsense=1"], "nonsense"),
+        (["--source", "x", "--settings", "run.csv"], "run.csv is no file of settings"),
+        (["--source", "empty.mp4", "--settings", "."], "cannot read .: Is a directory"),
         (["--source", "x", "--port", "/dev/null", "--stdout"], "not allowed with"),
     ],
 )
 def test_bad_input_is_one_line(tmp_path, options, said):
     (tmp_path / "empty.mp4").touch()
+    (tmp_path / "run.csv").write_text("frame,id\n1,3\n")
     done = subprocess.run(
         command(tmp_path, *options),
         env=environment(tmp_path),
@@ -249,6 +252,30 @@ def test_what_cannot_be_opened_is_told_before_anything_is_compiled(tmp_path):
 def test_a_port_that_cannot_be_opened_is_told_plainly():
     with pytest.raises(OSError, match="^/dev/nothere cannot be opened: no such file or directory$"):
         byte_lines.SerialPort("/dev/nothere", 115200)
+
+
+def test_a_tcp_port_that_is_taken_is_told_plainly():
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        with pytest.raises(OSError, match="^TCP port %d of this computer cannot be served: address" % port):
+            byte_lines.TcpServer(port)
+
+
+def test_settings_that_are_not_read_whole_are_told(tmp_path):
+    kept = tmp_path / "kept.json"
+    source = video(tmp_path / "short.avi", PICTURES[:3])
+    for text, said in (
+        ('{"margin_min": 999}', "not allowed"),
+        ('{"version": 9}', "version"),
+    ):
+        kept.write_text(text)
+        done = subprocess.run(
+            command(tmp_path, "--source", source, "--every", "--stdout", "--settings", str(kept)),
+            env=environment(tmp_path), capture_output=True, timeout=PATIENCE_S,
+        )  # fmt: skip
+        assert done.returncode == 0 and done.stdout
+        lines = done.stderr.decode().splitlines()
+        assert sum(str(kept) in line and said in line for line in lines) == 1, lines
 
 
 def test_a_port_and_settings_belong_to_one_camera(tmp_path):

@@ -131,7 +131,7 @@ def test_what_is_a_camera(name, live):
 @pytest.mark.parametrize(
     "words, said",
     [
-        (["http://127.0.0.1:9/"], "http://127.0.0.1:9/ cannot be opened"),
+        (["http://127.0.0.1:9/"], "http://127.0.0.1:9/ cannot be opened: nobody answers there"),
         (["/dev/video77"], "there is no /dev/video77"),
         (["/dev/video0", "x.png"], "one camera at a time"),
         (["x.png", "--web", "70000"], "--web 70000: give a port"),

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 
+import cv2
 import pytest
 
 from larics.wire import messages as m
@@ -16,6 +17,7 @@ from larics_host.connection.pty_pair import PtyPair
 from larics_host.drive import simulation
 from larics_host.logs.log_reader import read_pieces
 from larics_host.truth import read_truth
+from tests.host.plain_marker import plain_frame
 from tests.host.test_dual import ROOT
 from tests.host.test_log import marker_values, rows, status_values, wait_for_lines, wire, write_all
 from tests.host.test_monitor import firmware
@@ -23,6 +25,7 @@ from tests.host.waiting import PATIENCE_S
 
 ENVIRONMENT = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
 COMMAND = [sys.executable, "-m", "larics_host"]
+HALL = '{"version": 1, "markers": [{"id": 3, "x_mm": 0, "y_mm": 0, "heading_deg": 0}]}'
 
 
 def run_with_room(size, *argv, **more):
@@ -50,6 +53,53 @@ def run_bin(tmp_path):
     values = [(m.MARKER, marker_values(k)) for k in range(200)]
     (tmp_path / "run.bin").write_bytes(wire(*values, (m.STATUS, status_values())))
     return tmp_path / "run.bin"
+
+
+@pytest.mark.parametrize(
+    "argv, words",
+    [
+        (
+            ["detect", "frames", "--draw", "frames"],
+            "--draw frames would overwrite the frames: choose",
+        ),
+        (["detect", "frames/a.png", "--draw", "frames"], "--draw frames would overwrite the frames"),
+        (["fleet", "run.jsonl", "--report", "run.jsonl"], "run.jsonl exists and is no page: choose another"),
+        (["validate", "frames", "--report", "frames/truth.csv"], "truth.csv exists and is no page"),
+        (["map", "draw", "hall.json", "-o", "hall.json"], "hall.json exists and is no picture"),
+        (["map", "build", "run.jsonl", "-o", "new.json", "--png", "hall.json"], "hall.json exists and is no"),
+        (
+            ["calibrate", "--places", "frames", "--plot", "frames/a.png"],
+            "frames/a.png would overwrite what",
+        ),
+        (["calibrate", "--places", "frames", "--plot", "hall.json"], "hall.json exists and is no picture"),
+        (
+            ["calibrate", "--turn", "frames/a-turn.png", "--plot", "frames/a.png"],
+            "a-turn.png would over",
+        ),
+    ],
+)
+def test_what_is_read_and_what_is_of_another_kind_is_not_overwritten(
+    argv, words, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "frames").mkdir()
+    for name in ("frames/a.png", "frames/a-turn.png"):
+        cv2.imwrite(name, plain_frame(5))
+    for name, text in (("run.jsonl", "{}"), ("frames/truth.csv", "frame,id"), ("hall.json", HALL)):
+        (tmp_path / name).write_text(text)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert cli.main(argv) == 2
+    err = capsys.readouterr().err
+    assert words in err and err.count("\n") == 1
+    assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+
+def test_pages_and_pictures_are_made_anew(tmp_path, capsys):
+    hall, picture = tmp_path / "hall.json", tmp_path / "hall.png"
+    hall.write_text(HALL)
+    for _ in range(2):
+        assert cli.main(["map", "draw", str(hall), "-o", str(picture)]) == 0
+    assert picture.read_bytes().startswith(files.PICTURE)
 
 
 @pytest.mark.parametrize("size", [0, 60, 5000, 20000])

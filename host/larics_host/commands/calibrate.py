@@ -114,6 +114,15 @@ def _check(args):
         raise UserError("--settings and --port both say what is known: give one of them")
     if args.output:
         files.refuse_existing(args.output, args.force)
+    if args.plot:
+        read = [path for paths in (args.places, args.turn, args.straight) for path in paths or ()]
+        for suffix in _PLOTS:
+            files.refuse_other(_plot_path(args.plot, suffix), files.PICTURE, read)
+
+
+def _plot_path(plot, suffix):
+    path = Path(plot)
+    return path.with_name(path.stem + suffix + (path.suffix or ".png"))
 
 
 def _known(args):
@@ -222,7 +231,7 @@ class _Calibration:
         _print("lens to the left of it", centre[1], found.sigma_mm, "mm")
         _print("turned by", found.span_deg, None, "deg")
         _print("residual of the places, rms", found.rms_mm, None, "mm")
-        self._plot("-turn" if self.args.places else "", lambda plots: plots.turn(found, mount))
+        self._plot(_PLOTS[1] if self.args.places else "", lambda plots: plots.turn(found, mount))
 
     def _keep_sigmas(self):
         """How well lens and tilt are known, which the camera has in the sigma of its poses."""
@@ -274,11 +283,10 @@ class _Calibration:
             return
         from larics_host.calibration import plots
 
-        path = Path(self.args.plot)
-        path = path.with_name(path.stem + suffix + (path.suffix or ".png"))
-        files.write_file(path, draw(plots))
+        files.write_file(_plot_path(self.args.plot, suffix), draw(plots))
 
 
+_PLOTS = ("", "-turn")  # ends of the names of the plots
 _OF_SIZE = ("focal_q8", "center_x_q8", "center_y_q8", "k1_e5", "k2_e5")
 _NAMES = {
     "focal_px": ("focal length", "px"),

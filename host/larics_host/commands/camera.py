@@ -66,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
     import larics
     from larics_host.compilation import compile_once, is_compiled
     from larics_host.connection.camera_settings import parse_changes
+    from larics_host.files import read_bytes
     from larics_host.sources import source_root
 
     if not sys.platform.startswith("linux"):
@@ -84,6 +85,10 @@ def run(args: argparse.Namespace) -> int:
         raise UserError("--fps %g: give a number above 0, up to 1000" % args.fps)
     if args.baud is not None and not args.baud > 0:
         raise UserError("--baud %d: give a number above 0" % args.baud)
+    if args.settings and Path(args.settings).exists():
+        head = read_bytes(args.settings).strip()
+        if head and not head.startswith(b"{"):
+            raise UserError("%s is no file of settings, and saving would overwrite it" % args.settings)
     # the package that is imported here is imported there, too, with the loops that are compiled for it
     paths = root / "firmware", Path(larics.__file__).parents[1]
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(map(str, paths)))

@@ -52,11 +52,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 class _Drawings:
-    """Writes one PNG a frame into a folder, named after the frame."""
+    """Writes one PNG a frame into a folder, named after the frame; not over the frames themselves."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, frames):
         self.folder = Path(folder)
         self.names = set()
+        for path in map(Path, frames):
+            target = self.folder / (path.stem + ".png") if path.is_file() else self.folder
+            if path.exists() and target.exists() and path.samefile(target):
+                raise UserError("--draw %s would overwrite the frames: choose another folder" % folder)
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -215,7 +219,7 @@ def run(args: argparse.Namespace) -> int:
     from larics_host.progress import watched
 
     options = detection_options.from_args(args)
-    drawings = _Drawings(args.draw) if args.draw else None
+    drawings = _Drawings(args.draw, args.frames) if args.draw else None
     errors = _Errors()
     live = _live(args)
     total, width = (None, len(live) + 8) if live else batch.count_frames(args.frames)

@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from larics_host.detection.batch import cores
-    from larics_host.files import write_file
+    from larics_host.files import PAGE, refuse_other, write_file
     from larics_host.fleet import engine
     from larics_host.fleet.findings import examine
     from larics_host.fleet.recorded import FramesWork, do, with_frames
@@ -58,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.jobs is not None and not 1 <= args.jobs <= 256:
         raise UserError("--jobs %d: give a number from 1 to 256" % args.jobs)
+    if args.report:
+        refuse_other(args.report, PAGE)
     landmarks = _landmarks(args.map) if args.map else ()
     logs = list_logs(args.logs, args.by)
     recorded = list(with_frames(logs))

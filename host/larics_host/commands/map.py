@@ -188,6 +188,7 @@ def _draw(args):
     hall = read_map(args.map)
     if not hall.markers:
         raise UserError("%s has no marker" % args.map)
+    files.refuse_other(args.output, files.PICTURE)
     try:
         files.write_file(args.output, draw_map(hall, title=args.map))
     except ValueError as error:
@@ -205,6 +206,8 @@ def _build(args):
 
     graph.needed()  # before the logs are read
     files.refuse_existing(args.output, args.force)
+    if args.png:
+        files.refuse_other(args.png, files.PICTURE)
     request = _request(args)
     _refuse_twice(args.logs)
     with measured(sum(files.size(path) for path in args.logs), "reading") as progress:

@@ -11,7 +11,7 @@ from larics_host.addresses import is_address
 from larics_host.detection import detectors
 from larics_host.detection import options as detection_options
 from larics_host.errors import UserError
-from larics_host.files import write_file
+from larics_host.files import PAGE, refuse_other, write_file
 from larics_host.wording import counted
 
 NAME = "validate"
@@ -71,6 +71,8 @@ def run(args: argparse.Namespace) -> int:
     if args.worst < 0:
         raise UserError("--worst %d: give 0 or more" % args.worst)
     thresholds = _thresholds(args)
+    if args.report:
+        refuse_other(args.report, PAGE)
     board = _compare_with_board(args) if args.board else None
     outcomes, judged, comparison, truths = [], [], None, {}
     if not args.board or is_address(args.folder) or (Path(args.folder) / "truth.csv").exists():

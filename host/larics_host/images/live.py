@@ -76,7 +76,8 @@ def live_frames(name: str, stopped: Callable[[], bool] = lambda: False) -> Itera
         limits = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, _TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, _TIMEOUT_MS]
         capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG, limits)
     if not capture.isOpened():
-        raise UserError("%s cannot be opened: busy, or no camera" % name)
+        why = "busy, or no camera" if name.startswith("/dev/") else "nobody answers there, or no video"
+        raise UserError("%s cannot be opened: %s" % (name, why))
     newest = _Newest(capture, stopped)
     number = 0
     try:
