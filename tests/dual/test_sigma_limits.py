@@ -65,6 +65,14 @@ def test_the_least_and_the_usual_sigma_of_a_heading():
     assert 140 <= uncertainty.sigma_mdeg(0, Lines(102), 3840) <= 144
     assert uncertainty.sigma_mdeg(0, Lines(102, counted=20), 7680) < 40
     assert uncertainty.sigma_mdeg(2080, Lines(), 7680) == uncertainty.sigma_mdeg(0, Lines(102), 7680)
+    # 70 paler than it may be, and as much darker, as defocus makes it
+    assert (
+        uncertainty.sigma_mdeg(0, Lines(area=276), 7680)
+        == uncertainty.sigma_mdeg(0, Lines(area=236), 7680)
+        == 3
+    )
+    assert 69 <= uncertainty.sigma_mdeg(0, Lines(area=166), 7680) <= 71
+    assert 155 <= uncertainty.sigma_mdeg(0, Lines(area=346), 7680) <= 158
     assert uncertainty.sigma_q12(0) == 1 and uncertainty.sigma_q12(1 << 20) == 4096
 
 

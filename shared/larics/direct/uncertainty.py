@@ -21,6 +21,7 @@ _CROSSING_DISTANCE = const(6)
 _CROSSING_AREA = const(7)
 _FEW_PIXELS = const(35840)  # so much of the variance, over the square of the radius (1/16 px), is added to it
 _AREA_OFF = const(20)  # what is darker or paler than a line, 256 = as the rings', lies in uneven light
+_DEFOCUSED = const(5)  # a darker one counts so much more: defocus draws its sides into it
 _HEADING = const(1085)  # cdeg that 1/256 of the radius turns the line's middle, * 256 / 1024 * 16
 _HEADING_LEAST = const(31)  # (1/16 cdeg) ** 2
 
@@ -56,8 +57,9 @@ def sigma_q12(variance):
 def sigma_mdeg(variance, lines, radius_q8):
     """Standard deviation of the heading, 0.001 degrees, at least 3: the line's own, and the centre's."""
     distance = min(lines.line[_CROSSING_DISTANCE], 1024)
-    off = min(max(0, abs(lines.line[_CROSSING_AREA] - 256) - _AREA_OFF), 1024)
+    darker = lines.line[_CROSSING_AREA] - 256
+    off = min(max(0, abs(darker) - _AREA_OFF), 1024)
     square = distance * distance * 5 // (4 * max(2, lines.line[_CROSSING_COUNTED]))
-    square += variance * 5 // 4 + (off * off >> 1)
+    square += variance * 5 // 4 + (off * off * (_DEFOCUSED if darker > 0 else 1) >> 1)
     turned = min(16000, kernels.root(min(square, _MOST) << 8, 0, 0) * _HEADING // radius_q8)
     return kernels.root(turned * turned + _HEADING_LEAST, 0, 0) * 10 >> 4
