@@ -15,6 +15,7 @@ RADIUS_Q8 = 7500
 class Blur:
     def __init__(self):
         self.still = 1
+        self.motion = 0
 
 
 class Rings:
@@ -243,15 +244,15 @@ def test_cells_tell_more_than_lines_or_take_their_belief():
 
 def test_cells_that_motion_washes_out_look_like_none():
     lines = Lines()
-    for still, told, margin, expected in (
-        (1, PLAIN, 119, 5),
-        (0, PLAIN, 120, 5),
-        (0, PLAIN, 119, -1),
-        (0, 21, 119, 21),
+    for motion, told, margin, expected in (
+        (6, PLAIN, 119, 5),
+        (7, PLAIN, 120, 5),
+        (7, PLAIN, 119, -1),
+        (7, 21, 119, 21),
     ):
-        lines.blur.still = still
+        lines.blur.motion = motion
         found = lines_verdict(lines, judge=acceptance(ids=(5, 21)), cells=Cells(told, margin))
-        assert found[1] == expected, (still, told, margin)
+        assert found[1] == expected, (motion, told, margin)
         assert (found[0] == verdicts.ACCEPTED) == (expected > 0)
 
 

@@ -38,6 +38,7 @@ _RESIDUAL_MOST_FIRST = const(320)  # before the rings are fitted without the lin
 _SMALL_Q8 = const(3072)  # radius of rings on which a speck of dirt may be as large as a line,
 _ONE_LEAST_SMALL = const(212)  # but is seldom as dark
 _DIRTY_MOST = const(200)  # of one position that must be empty, at most
+_WASHING = const(7)  # entry of blur_model.MOTIONS, 5/12 of the outer radius, from which on that happens
 _PLAIN_MOVING = const(120)  # margin of cells that motion may have washed out, to tell that there are none
 
 
@@ -157,7 +158,7 @@ class Acceptance:
                 return verdicts.ACCEPTED
             self.margin = min(self.margin, cells.margin)
             certain = certain and told == PLAIN and self.margin >= self._margin_min
-            certain = certain and (lines.blur.still or cells.margin >= _PLAIN_MOVING)
+            certain = certain and (lines.blur.motion < _WASHING or cells.margin >= _PLAIN_MOVING)
         if certain and holds(self._allowed, marker_id):
             self.marker_id = marker_id
             return verdicts.ACCEPTED
