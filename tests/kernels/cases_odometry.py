@@ -2,6 +2,7 @@
 
 from array import array
 
+from larics.arith.tables import QUARTER_SINE_Q14
 from larics.locate.odometry import Odometry
 from larics.wire.messages import COUNT_MAX
 
@@ -67,4 +68,16 @@ def pose_at(random):
         yield 0, 0, copied(drive.odometry._ring), time_us, array("i", [0] * 7)
 
 
-CASES = {"admit": admit, "hear": hear, "settle": settle, "pose_at": pose_at}
+def advance(random):
+    for number in range(150):
+        dx, dy = random.between(-3499, 3499), random.between(-3499, 3499)
+        turn, told = random.between(-18000, 17999), random.between(0, 40000)
+        if number % 3:
+            dx, dy, turn = dx // 50, dy // 50, turn // 50
+        shares = random.between(-1024, 1024), random.between(-4096, 4096), random.between(-16384, 16384)
+        heading_q6 = random.between(0, 2303999)
+        out = array("i", [0] * 4)
+        yield out, QUARTER_SINE_Q14, dx, dy, turn, told, heading_q6, shares[0], shares[1], shares[2]
+
+
+CASES = {"advance": advance, "admit": admit, "hear": hear, "settle": settle, "pose_at": pose_at}

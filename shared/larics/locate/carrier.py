@@ -11,12 +11,16 @@ Way is in 0.1 mm Q4, heading in 0.01 degrees Q6, covariance in mm2 Q4, mm mrad Q
 every intermediate stays within 30 bits. Nothing is allocated.
 """
 
+from array import array
+
 try:
     from micropython import const
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
+from larics.arith.fixed import isqrt, wrap_cdeg
+from larics.arith.tables import QUARTER_SINE_Q14
+from larics.kernels.odometry import advance
 from larics.locate.motion import scaled_q14
 from larics.locate.odometry import length
 from larics.locate.odometry_shares import OdometryShares, mrad_q4
@@ -82,6 +86,7 @@ class Carrier:
         self._rx = self._ry = self._px = self._py = 0
         self._way = self._since = self._turned = self._turned_most = 0
         self._speed_mm_s = 0
+        self._moved = array("i", [0] * 4)
         self._xx = self._xy = self._yy = self._xt = self._yt = self._tt = 0
         self._a = self._b = 0
         self._grown = False  # since sigma was told
@@ -94,8 +99,8 @@ class Carrier:
             self._hear_noise(fix)
         if fix.entry != self._entry:
             self._entry, self._near_ms = fix.entry, 0
-        noise_q4, near = self._model.at_speed_q4(self._speed_mm_s), self._legs <= _NEAR_LEGS
-        ended = self.shares.compare(fix, self._odometry, noise_q4, self.turn_noise.q4, near)
+        near = self._legs <= _NEAR_LEGS
+        ended = self.shares.compare(fix, self._odometry, self._speed_mm_s, self.turn_noise.q4, near)
         if ended and near:
             if self.shares.way_mm10 <= _NEAR_MOST_MM10:
                 self._look_closely(fix)
@@ -144,28 +149,29 @@ class Carrier:
         if abs(dx) > 100000 or abs(dy) > 100000:  # 10 m between two frames: no way for a covariance
             self._forget()
             return
-        middle = turn16_from_cdeg(self._last_heading + turn_cdeg // 2)
-        sin, cos = sin_q14(middle), cos_q14(middle)
         if abs(dx) + abs(dy) < _MOST_MM10:
-            forward = ((dx << 2) * cos + (dy << 2) * sin + 2048) >> 12
-            left = ((dy << 2) * cos - (dx << 2) * sin + 2048) >> 12
-            self._advance(forward, left, turn_cdeg, passed_ms)
+            self._advance(dx, dy, turn_cdeg, self._last_heading, passed_ms)
             return
-        forward = scaled_q14(dx << 4, cos) + scaled_q14(dy << 4, sin)
-        left = scaled_q14(dy << 4, cos) - scaled_q14(dx << 4, sin)
-        parts = 1 + (abs(forward) + abs(left)) // (_MOST_MM10 << 4)
+        parts = 1 + (abs(dx) + abs(dy)) // _MOST_MM10
         for k in range(parts):  # long increments in pieces, so that the covariance follows the way
+            turned_cdeg = turn_cdeg * k // parts
             self._advance(
-                forward * (k + 1) // parts - forward * k // parts,
-                left * (k + 1) // parts - left * k // parts,
-                turn_cdeg * (k + 1) // parts - turn_cdeg * k // parts,
+                dx * (k + 1) // parts - dx * k // parts,
+                dy * (k + 1) // parts - dy * k // parts,
+                turn_cdeg * (k + 1) // parts - turned_cdeg,
+                self._last_heading + turned_cdeg,
                 max(1, passed_ms // parts),
             )
 
-    def _advance(self, forward, left, turn_cdeg, passed_ms):
-        """An increment in the vehicle frame: 0.1 mm Q4, 0.01 degrees."""
-        shares = self.shares
-        forward_mm10 = forward >> 4
+    def _advance(self, dx, dy, turn_cdeg, told_cdeg, passed_ms):
+        """An increment of the odometry from its heading told_cdeg on: 0.1 mm, 0.01 degrees."""
+        shares, moved, heading_q6 = self.shares, self._moved, self._heading_q6
+        scale_q12, turn_q14 = shares.scale.value_q20 >> 8, shares.turn.value_q20 >> 6
+        drift_q16 = shares.drift.value_q20 >> 4
+        advance(
+            moved, QUARTER_SINE_Q14, dx, dy, turn_cdeg, told_cdeg, heading_q6, scale_q12, turn_q14, drift_q16
+        )
+        forward_mm10 = moved[0]
         way = max(abs(forward_mm10), abs(turn_cdeg) * self._model.half_track_mm // 573)
         shares.carry(forward_mm10, way, turn_cdeg)
         if self._legs <= _NEAR_LEGS:
@@ -173,22 +179,12 @@ class Carrier:
         self._speed_mm_s = min(8000, way * 100 // passed_ms)
         if not self.known:
             return
-        scale_q12 = shares.scale.value_q20 >> 8
-        forward += (forward >> 1) * scale_q12 >> 11
-        left += (left >> 1) * scale_q12 >> 11
-        turn_q6 = turn_cdeg << 6
-        turn_q6 += (turn_q6 >> 4) * (shares.turn.value_q20 >> 6) >> 10
-        turn_q6 += ((shares.drift.value_q20 >> 4) * forward_mm10 >> 10) * 37 >> 6
-        middle = turn16_from_cdeg(self._heading_q6 + turn_q6 // 2 >> 6)
-        sin, cos = sin_q14(middle), cos_q14(middle)
-        ahead, aside = forward + 2 >> 2, left + 2 >> 2
-        dx = (ahead * cos - aside * sin + 2048) >> 12
-        dy = (ahead * sin + aside * cos + 2048) >> 12
+        dx, dy = moved[2], moved[3]
         self._rx += dx
         self._ry += dy
         self._px += dx
         self._py += dy
-        self._heading_q6 = (self._heading_q6 + turn_q6) % 2304000
+        self._heading_q6 = (heading_q6 + moved[1]) % 2304000
         self._way = min(1 << 24, self._way + way)
         self._since += way
         self._turned = max(-200000, min(200000, self._turned + turn_cdeg))

@@ -21,7 +21,7 @@ _NEAR_MM10 = const(1000)
 _LEAST_MM10 = const(3000)  # ... and from one to another
 _LEAST_MM = const(80)  # less way, straight ahead, teaches nothing
 _TURN_CDEG = const(6000)  # of a turn on the spot that is compared
-_FURTHEST_MM10 = const(160000)
+_FURTHEST_MM10 = const(160000)  # a longer way is not, nor is so much in 0.01 degrees
 _MOST_MM = const(16383)
 _MOST_WEIGHT = const(1 << 19)  # a memory of some ten legs, and of 30 bits
 _MOST_VARIANCE = const(1 << 24)
@@ -141,10 +141,11 @@ class OdometryShares:
 
     def carry(self, forward_mm10, way_mm10, turn_cdeg):
         """Odometry told that."""
-        self._forward = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._forward + forward_mm10))
-        self._driven = min(_FURTHEST_MM10, self._driven + abs(forward_mm10))
-        self._way = min(_FURTHEST_MM10, self._way + way_mm10)
-        self._turned = max(-_FURTHEST_MM10, min(_FURTHEST_MM10, self._turned + turn_cdeg))
+        if self._way < _FURTHEST_MM10 and abs(self._turned) < _FURTHEST_MM10:  # beyond it nothing is compared
+            self._forward += forward_mm10
+            self._driven += abs(forward_mm10)
+            self._way += way_mm10
+            self._turned += turn_cdeg
 
     def forget_anchor(self):
         """Nobody knows the way to the next marker."""
@@ -156,12 +157,11 @@ class OdometryShares:
         self.turn.settle(turn_loud_q4)
         self.drift.settle(turn_loud_q4)
 
-    def compare(self, fix, odometry, noise_q4, loud_q4, near=False):
+    def compare(self, fix, odometry, speed_mm_s, loud_q4, near=False):
         """A marker put the vehicle there, a carrier.Fix: learns when the way or the turn since an earlier one
-        says something. noise_q4, loud_q4: binary logarithms of the noise of the model at this speed, and of
-        what was found of turns against it; near: short ways say something, too. True when a way or a turn
-        under one marker ended that wheels can make."""
-        self._noise_q4 = noise_q4
+        says something. loud_q4: binary logarithm of the noise of turns against that of the model at this
+        speed; near: short ways say something, too. True when a way or a turn under one marker ended that
+        wheels can make."""
         fits = False
         if self._anchored:
             dx, dy = fix.x_mm10 - self._x, fix.y_mm10 - self._y
@@ -173,12 +173,14 @@ class OdometryShares:
                         return False  # as nearly always
             distance = length(dx, dy)
             self.way_mm10 = max(self._way, distance)
-            if max(self._driven, distance) >= window_mm10:
-                fits = self._compare_way(fix, odometry, loud_q4) and fix.entry == self._entry
-            elif fix.entry == self._entry and abs(self._turned) >= _TURN_CDEG:
-                fits = self._compare_turn(fix, odometry, loud_q4)
-            elif fix.entry == self._entry:
-                return False
+            self._noise_q4 = self._model.at_speed_q4(speed_mm_s)
+            if max(self.way_mm10, abs(self._turned)) < _FURTHEST_MM10:
+                if max(self._driven, distance) >= window_mm10:
+                    fits = self._compare_way(fix, odometry, loud_q4) and fix.entry == self._entry
+                elif fix.entry == self._entry:
+                    if abs(self._turned) < _TURN_CDEG:
+                        return False
+                    fits = self._compare_turn(fix, odometry, loud_q4)
         self._anchored = True
         self._x, self._y = fix.x_mm10, fix.y_mm10
         self._heading, self._entry = fix.heading_cdeg, fix.entry
@@ -228,8 +230,6 @@ class OdometryShares:
 
     def _compare_way(self, fix, odometry, loud_q4):
         way_mm10 = self.way_mm10
-        if way_mm10 >= _FURTHEST_MM10:
-            return False
         missed_cdeg = self._missed_cdeg(fix, odometry)
         told_x, told_y = odometry.x_mm10 - self._odometry_x, odometry.y_mm10 - self._odometry_y
         apart_cdeg = _APART_CDEG + (abs(self._turned) >> 2) + way_mm10 * 6 // 100
