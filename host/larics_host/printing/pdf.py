@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import io
+import sys
 from collections.abc import Iterable
+from types import ModuleType
 from typing import TYPE_CHECKING
 
-from reportlab.pdfgen import canvas
+# else reportlab seeks settings of its own in the home, and fails where that is no folder, as with services
+for _name in ("reportlab_mods", "reportlab_settings"):
+    sys.modules.setdefault(_name, ModuleType(_name))
 
-from larics_host.printing.layout import Arc, Line, Ring, Text
+from reportlab.pdfgen import canvas  # noqa: E402
+
+from larics_host.printing.layout import Arc, Line, Ring, Text  # noqa: E402
 
 if TYPE_CHECKING:
     from larics_host.printing.layout import Sheet
