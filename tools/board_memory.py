@@ -224,8 +224,9 @@ def command(encoder, token, text):
 def measure(firmware, small, in_place, commands=(), limit_s=300):
     """(rows, messages) of a firmware: rows (label, bytes in use, bytes free, million instructions so far,
     frames processed, 1 when all of the detector fits, last fault), messages as of Receiver."""
-    program = small_heap.compile_small(ROOT, MARCH, in_place, keep=set(re.findall(r"\w+", BOARD)))
-    files = program.files if small else build.compile_program(ROOT, MARCH)
+    files = build.compile_program(ROOT, MARCH) if not small else None
+    if files is None:  # with the names that the board's side calls
+        files = small_heap.compile_small(ROOT, MARCH, in_place, keep=set(re.findall(r"\w+", BOARD))).files
     encoder = codec.Encoder()
     given = [command(encoder, 100 + index, text) for index, text in enumerate(commands)]
     with tempfile.TemporaryDirectory(prefix="larics-board-") as name:
