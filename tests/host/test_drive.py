@@ -196,6 +196,15 @@ def test_a_firmware_that_cannot_start_says_why():
         Firmware({"map": [[3, 0, 0, 0, 0, 0], [3, 5, 0, 0, 0, 0]]}, "micropython")
 
 
+def test_a_firmware_that_is_ended_from_outside_says_so():
+    drawn = field.draw_field("steady", 1100)
+    with Firmware(drawn.settings, "micropython") as firmware:
+        firmware._process.kill()
+        firmware._process.wait()
+        with pytest.raises(UserError, match="the firmware stopped: ended by signal 9"):
+            firmware.exchange(np.zeros((296, 360), np.uint8), 0, 0)
+
+
 # ------------------------------------------------------------------ scores
 
 

@@ -3,6 +3,7 @@ pseudo-terminal."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
@@ -122,9 +123,16 @@ class Firmware:
         raise UserError("the firmware did not start: " + self._last_words())
 
     def _last_words(self):
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=1)  # it closed its pipe, but may not have ended yet
+        code = self._process.poll()
         self._process.kill()
         text = self._process.stderr.read().decode("utf-8", "replace").strip()
-        return text.splitlines()[-1] if text else "no message"
+        if text:
+            return text.splitlines()[-1]
+        if code is None:
+            return "it still ran, and said nothing"
+        return "ended by signal %d" % -code if code < 0 else "ended with code %d, and said nothing" % code
 
     def _take(self, number, sequence, values):
         record = record_of(number, values)
