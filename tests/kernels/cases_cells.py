@@ -51,7 +51,7 @@ def local_depths(random):
                 means[16 + sector] = random.between(share, 300) * random.below(2)
             depths = ints(24, random, BIAS - 300, BIAS + 155 + random.below(200))
             depths[random.below(24)] = random.below(2)
-            yield 200, 0, angle, share == 200, means, depths
+            yield 200, 0, angle, int(share == 200), means, depths
     yield 0, 0, 0, 0, zeros32(32), ints(24, random, 0, BIAS)
     yield 1 << 20, 0, 0, 0, ints(32, random, 0, 1 << 20), ints(24, random, 0, BIAS + 300000)
 
