@@ -11,7 +11,7 @@ import pytest
 
 from larics_host import cli
 from larics_host.commands import map as map_command
-from larics_host.mapping import build, layout, moves, settle, slips
+from larics_host.mapping import build, contradicted, layout, moves, settle, slips
 from larics_host.mapping.association import Found
 from larics_host.mapping.collect import Collected, collect
 from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
@@ -374,6 +374,35 @@ def test_what_is_taken_back_stays_until_slips_were_sought():
         surprises = np.array([1.0, 1.0, 1.0, square])
         changed = settle._set_aside(graph, surprises, flips, returned, 1000.0, 150.0)
         assert changed == (square != 3.0) and [one.used for one in graph.readings] == [True] * 3 + [used]
+
+
+@pytest.mark.parametrize(
+    "used, x_mm, told",
+    [
+        ((True, False), 9000.0, True),
+        ((True, True, False), 9000.0, False),  # it is certain
+        ((True, False), 1200.0, False),  # a move, or a slip
+        ((True, False), 5600.0, False),  # where marker 6 is, which was misread
+    ],
+)
+def test_an_id_that_was_read_at_two_places_is_told(used, x_mm, told):
+    graph = Graph(
+        poses={k: (0.0, 0.0, 0.0) for k in range(4)}, places={0: (0.0, 0.0, 0.0), 1: (5500.0, 0, 0)}
+    )
+    graph.readings = [_read(k, one, 0.0 if one else x_mm) for k, one in enumerate(used)]
+    places = {number: Place(number) for number in graph.places}
+    for number, place in places.items():
+        place.votes[5 + number] += 1
+    lines = contradicted.of_two_places(graph, places)
+    assert len(lines) == told and all("marker 5 was read at two places 9.0 m apart" in line for line in lines)
+
+
+def test_the_noise_of_few_legs_is_not_much_less_than_expected():
+    graph = Graph(noise=0.0004, legs=[(0, k, k + 1, None) for k in range(20)])
+    for freedom, least, most in ((12.0, 5e-4, 6e-4), (1200.0, 2.0e-4, 2.2e-4)):
+        graph.noise = 0.0004
+        settle._heed_noise(graph, slips.Weighed(False, 0.5 * freedom, freedom))
+        assert least < graph.noise < most
 
 
 def test_a_neighbour_may_have_slipped_where_a_marker_was_moved():

@@ -132,6 +132,7 @@ def build(
             raise _not_of_this_hall(wrong, collected, request, passages) from None
         raise
     notes += [wrong] if wrong else []
+    notes += contradicted.of_two_places(graph, laid.places)
     progress(0.95)
     former = {move.former for move in moves}
     numbers = [number for number in graph.places if number not in former]

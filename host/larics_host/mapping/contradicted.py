@@ -13,9 +13,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from larics_host.mapping.covariance import Covariance
-from larics_host.mapping.graph import DISTANCE_SIGMA_MM, PLACE_SIGMA, Graph
+from larics_host.mapping.graph import DISTANCE_SIGMA_MM, PLACE_SIGMA, Graph, Reading
 from larics_host.mapping.links import Place
-from larics_host.mapping.poses import axes
+from larics_host.mapping.poses import after, axes
 
 _LAID_MM, _LAID_SHARE = 1500.0, 0.1  # by which a first layout may be off, and so much of the distance
 _GATE = 16.0  # chi-squared
@@ -24,6 +24,11 @@ _LENGTH = (
     "markers %d and %d are %.0f mm apart by what is given, %s by the logs: measure again; are these the IDs?"
 )
 _PLACE = "marker %d is %.0f mm from the given place by all else: measure again; is this the ID?"
+_TWICE = (
+    "marker %d was read at two places %.1f m apart, and the map has one of them: drive by once more, to tell "
+    "which reading was wrong"
+)
+_ELSEWHERE_MM = 1500.0  # from all markers; nearer, it may have been moved, or wheels have slipped
 _TOLD = 1e-4  # share of a variance that others have to leave
 
 
@@ -50,6 +55,27 @@ def by_all_else(graph: Graph, marginals: Covariance, places: dict[int, Place]) -
         if square > worst:
             worst, text = square, _PLACE % (places[place].id, mm)
     return text
+
+
+def of_two_places(graph: Graph, places: dict[int, Place]) -> list[str]:
+    """Lines about IDs that a solved graph has by one reading, while another one is of where no marker is: one
+    of the two is misread, and nothing tells which."""
+    read: dict[int, list[Reading]] = {}
+    for one in graph.readings:
+        read.setdefault(one.place, []).append(one)
+    found = []
+    for number, readings in read.items():
+        if sum(one.used for one in readings) != 1:
+            continue
+        for one in readings:
+            here = after(graph.poses[one.passage], one.pose)[:2]
+            if not one.used and all(
+                math.dist(here, pose[:2]) > _ELSEWHERE_MM for pose in graph.places.values()
+            ):
+                away = math.dist(here, graph.places[number][:2])
+                found.append(_TWICE % (places[number].id, away / 1000))
+                break
+    return found
 
 
 def _apart(first, second, mm, told):

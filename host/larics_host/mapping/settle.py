@@ -21,7 +21,8 @@ from larics_host.mapping.poses import after
 from larics_host.mapping.slips import weigh
 
 _NOISE_RANGE = (2e-4, 0.1)
-_NOISE_FREEDOM = 12  # degrees of freedom from which on the noise is told by the drives themselves
+_NOISE = 0.001  # that is expected, and counts as much as ...
+_NOISE_FREEDOM = 12  # ... so many degrees of freedom, from which on the drives themselves tell the noise
 _LINK_GATE = 36.0  # squares of its sigma by which a link may be off
 _ROUNDS = 15
 _TAKEN_BACK = 12.0  # chi-squared of a reading that fits again
@@ -99,8 +100,9 @@ def _heed_noise(graph, weighed):
         before = graph.link_noise
         graph.link_noise = min(max(before * squares / freedom, 0.1), 100.0)
         return not 0.9 < graph.link_noise / before < 1.1
-    share = weighed.squares / max(weighed.freedom, 1.0)
     before = graph.noise
+    expected = _NOISE_FREEDOM * _NOISE / before
+    share = (weighed.squares + expected) / (weighed.freedom + _NOISE_FREEDOM)
     graph.noise = min(max(before * min(max(share, 0.4), 2.5), _NOISE_RANGE[0]), _NOISE_RANGE[1])
     return not 0.9 < graph.noise / before < 1.1
 
