@@ -36,7 +36,7 @@ WIRE = ("test_protocol", "test_golden_wire", "test_encodings", "test_outbox")
 FIT = ("test_direct_limits", "test_sigma_limits", "test_detector")
 SEARCH = ("test_search_limits", "test_blurred_search", "test_detector")
 CELLS = ("test_cell_reader", "test_cells")
-BLURRED = ("test_blurred_limits", "test_blurred_acceptance", "test_model")
+BLURRED = ("test_blur_model_limits", "test_blurred_limits", "test_blurred_acceptance", "test_model")
 TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
     "shared/larics/kernels/code_rules.py": ("test_direct_acceptance",),

@@ -270,3 +270,56 @@ def test_shapes_that_no_camera_under_a_ceiling_sees():
             fit[item] += bent
             found = cells_kernels.direct_place(fit, 0, 0, fixed.COSINE, 0, place)
             assert found == expected, (item, bent)
+
+
+def made_up(depth, share, is_faint=1, count=24):
+    """How dark the first cell is taken to be, all rings showing so much of an area of 200."""
+    depths = array("i", [BIAS + 200] * count + [BIAS] * (24 - count))
+    depths[0] = BIAS + depth
+    cells_kernels.local_depths(200, 0, 0, is_faint, array("i", [share] * 32), depths)
+    return depths[0] - BIAS
+
+
+def test_how_much_darkness_is_made_up_for():
+    for share, is_faint, expected in (
+        (87, 1, 461),  # 111/256 of the area
+        (86, 1, 465),  # 110
+        (80, 1, 465),
+        (100, 0, 400),
+        (99, 0, 269),  # something hides the cells: 190 at least
+        (187, 1, 214),
+        (188, 1, 200),  # less than a sixteenth is missing
+    ):
+        assert made_up(200, share, is_faint) == expected, (share, is_faint)
+    assert made_up(155, 100, count=4) == 310
+    assert made_up(154, 100, count=4) == 154  # three are dark: a plain marker's are left as they are
+    assert made_up(1 - (1 << 20), 100) == 2 - (1 << 21)
+    assert made_up(-(1 << 20), 100) == -(1 << 20)  # outside the frame
+
+
+def test_samples_of_a_cell_lie_two_degrees_apart():
+    side = 210
+    frame = bytearray([200] * (side * side))
+    for row in (97, 103):  # 2.7 px beside the middle of a cell that is 77 px away
+        for column in range(side):
+            frame[row * side + column] = 50
+    place = array("i", [0] * layouts.PLACE_ITEMS)
+    for item, value in (
+        (layouts.PLACE_X_Q8, 100 << 8),
+        (layouts.PLACE_Y_Q8, 100 << 8),
+        (layouts.PLACE_RADIUS_Q8, 50 << 8),
+        (layouts.PLACE_COSINE_Q14, 15537),  # turned so that the first cell lies along x
+        (layouts.PLACE_SINE_Q14, 5199),
+        (layouts.PLACE_DEPTH, 360),
+        (layouts.PLACE_WIDTH, side),
+        (layouts.PLACE_HEIGHT, side),
+    ):
+        place[item] = value
+    for item in range(layouts.PLACE_E1_Q14, layouts.PLACE_SINE_Q14 + 1):
+        place[item] += BIAS
+    for ring in range(4):
+        place[layouts.PLACE_RADII_Q10 + ring] = (190, 205, 228, 236)[ring] * 1024 // 150
+    result = array("i", bytes(4 * 72))
+    assert cells_kernels.cell_depths(0, 0, 0, frame, fixed.LOG_GREY, fixed.CELL_AXES, place, result) == 24
+    dark, white = 523, 961  # logarithms of 50 and 200
+    assert result[24] == (4 * dark + 2 * white) // 6  # of six samples in it the middle ones are white
