@@ -5,7 +5,7 @@ import gc
 from larics import settings as s
 from larics.device.factory import make_detector, make_locator
 from larics.settings.constraints import calibrated_camera, camera_reason, seen_ids
-from larics.settings.fields import FIELDS
+from larics.settings.fields import FIELDS, Field
 
 
 def _refused(changes, *words):
@@ -28,6 +28,17 @@ def test_keys_and_names_are_unique():
     assert len({field.key for field in FIELDS}) == len(FIELDS)
     assert len({field.name for field in FIELDS}) == len(FIELDS)
     assert all(1 <= field.key <= 255 for field in FIELDS)
+
+
+def test_a_setting_holds_only_what_differs():
+    plain = Field(1, "one", 0, "int", 0, 0, 9, "", "")
+    assert sorted(plain.__dict__) == ["high", "key", "name", "rebuilds"]
+    assert (plain.kind, plain.default, plain.low, plain.high) == ("int", 0, 0, 9)
+    assert (plain.unit, plain.meaning, plain.choices, plain.length, plain.columns) == ("", "", (), 0, ())
+    full = Field(2, "two", 1, "list", (7,), -1, 9, "mm", "what", length=3)
+    assert (full.kind, full.default, full.low, full.unit, full.meaning) == ("list", (7,), -1, "mm", "what")
+    assert full.length == 3
+    assert Field(3, "three", 0, "bool", False, 0, 1, "", "").default is False
 
 
 def test_defaults_are_valid():

@@ -21,7 +21,12 @@ class Field:
     """One setting. `key` is its number on the wire and never changes its meaning; `rebuilds` says what a
     change makes anew, 0 for nothing. The other parts stay as they are: a new line rate costs no pose."""
 
-    # only few have these: on a board with little memory the others do without
+    # what most have alike: on a board with little memory a setting holds only what differs
+    kind = "int"
+    default = 0
+    low = 0
+    unit = ""
+    meaning = ""
     choices = ()
     length = 0
     columns = ()
@@ -34,12 +39,17 @@ class Field:
         self.key = key
         self.name = name
         self.rebuilds = rebuilds
-        self.kind = kind
-        self.default = default
-        self.low = low
         self.high = high
-        self.unit = unit
-        self.meaning = meaning
+        if kind != "int":
+            self.kind = kind
+        if default != 0 or default is False:
+            self.default = default
+        if low:
+            self.low = low
+        if unit:
+            self.unit = unit
+        if meaning:
+            self.meaning = meaning
         if choices:
             self.choices = choices
         if length:
