@@ -151,6 +151,15 @@ def test_a_cell_in_which_a_lamp_is_mirrored_tells_nothing():
         assert cells._weigh() and cells._weights[white] - BIAS == weight, level
 
 
+def test_a_cell_much_lighter_than_the_white_beside_it_tells_nothing():
+    for depth, weight in ((-128, -64), (-129, 0)):
+        cells = reader()
+        dark = show(cells, ID)
+        white = [cell for cell in range(24) if not dark >> cell & 1][0]
+        cells.depths[white] = BIAS + depth
+        assert cells._weigh() and cells._weights[white] - BIAS == weight, depth
+
+
 def test_from_which_shade_ink_counts_as_less_dark():
     for shade, weight in ((60, 0), (61, 20)):
         cells = reader()

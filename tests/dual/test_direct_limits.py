@@ -8,7 +8,7 @@ from larics.direct import line_reader, ring_fit, uncertainty
 from larics.direct.line_reader import LineReader
 from larics.direct.reader import DirectReader
 from larics.direct.ring_fit import RingFit
-from larics.kernels import coarse, directions, harmonics, layouts, lines, robust
+from larics.kernels import coarse, code, directions, harmonics, layouts, lines, robust
 from larics.marker import LARICS3, verdicts
 from larics.marker.detection import Detection
 
@@ -571,3 +571,42 @@ def test_sectors_of_the_common_centre_count_by_their_distance():
         assert sectors(left_q10)[layouts.ROBUST_LEFT + 3] - BIAS == believed
     for depth, weight in ((400, 64), (200, 16), (80, 2), (40, 1), (1, 1)):
         assert sectors(0, depth=depth)[layouts.ROBUST_BASES + 3] == weight, depth
+
+
+def test_what_rings_cost_that_are_unevenly_deep():
+    """With the square of their first harmonic, and of what jumps from sector to sector."""
+
+    def variance(depths):
+        means = array("i", bytes(64)) + array("i", depths)
+        return robust.uneven_depths(0, 0, 0, tables.WAVES, 256, means, means)
+
+    assert variance([256] * 16) == 0
+    assert variance([256, 208] * 8) == 48 * 48 // 24
+    waved = variance([256 + (100 * fixed.cos_q14(4096 * sector + 2048) >> 14) for sector in range(16)])
+    assert abs(waved - 296) < 12, waved  # 870/16384 of twice 800 * 800 / 256, and 31 of steps
+
+
+def stroke(row, seen):
+    """How dark the stroke beyond a coding line is taken to be in rings of 100 px, two rows beside whose
+    direction are dark; seen: of the position's halves together."""
+    frame = bytearray([200] * (96 * 60))
+    for y in (30 - row, 30 + row):
+        for x in range(96):
+            frame[y * 96 + x] = 50
+    fit, shape = array("i", bytes(4 * layouts.FIT_ITEMS)), array("i", bytes(4 * layouts.SHAPE_ITEMS))
+    fit[layouts.FIT_WIDTH], fit[layouts.FIT_HEIGHT] = 96, 60
+    fit[layouts.FIT_TRUE_X_Q10], fit[layouts.FIT_TRUE_Y_Q10] = BIAS + (20 << 10), BIAS + (30 << 10)
+    fit[layouts.FIT_RADIUS_Q8] = fit[layouts.FIT_AREA] = 25600
+    shape[layouts.SHAPE_BEYOND], shape[layouts.SHAPE_LINE] = 512, 1024
+    places = array("i", [0] * (8 * layouts.POSITION_ITEMS))
+    for position in range(8):
+        for item in (layouts.POSITION_NEAR_MEAN, layouts.POSITION_FAR_MEAN):
+            places[position * layouts.POSITION_ITEMS + item] = BIAS
+    places[2 * layouts.POSITION_ITEMS + layouts.POSITION_NEAR_MEAN] += seen
+    return code.stroke_beyond(0, 0, 0, frame, fixed.LOG_GREY, fixed.COSINE, fit, shape, 16384, places)
+
+
+def test_where_a_stroke_beyond_a_line_is_looked_for():
+    assert stroke(4, 250) == (961 - 523) * 256 // 257  # 4 of 100 px beside its middle
+    assert stroke(4, 249) == 0  # there is no line
+    assert stroke(2, 250) == stroke(8, 250) == stroke(12, 250) == 0

@@ -384,8 +384,11 @@ def test_a_share_that_is_the_same_for_all_ways_is_no_noise():
         one, two = Slope(), Slope()
         one.rest(told, 4000)
         two.rest(other, 4000)
-        assert one._square == two._square and one._cross == two._cross
+        assert one._square == two._square == 255 * 255 and one._cross == two._cross
     slope = Slope()
+    for _ in range(2):
+        slope.rest(255, 4000)
+    assert slope._cross == 2 * 255 * 4000
     for _ in range(99):
         slope.rest(255, 4000)
         assert max(slope._square, slope._cross) <= 1 << 21
