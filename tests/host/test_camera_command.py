@@ -217,7 +217,7 @@ def test_the_c_library_reads_it(tmp_path):
         (["--source", "x", "--fps", "nan"], "--fps nan"),
         (["--source", "x", "--baud", "0"], "--baud 0"),
         (["--source", "x", "--set", "nonsense=1"], "nonsense"),
-        (["--source", "x", "--settings", "run.csv"], "run.csv is no file of settings"),
+        (["--source", "x", "--settings", "run.csv"], "saving would overwrite it: choose another name"),
         (["--source", "empty.mp4", "--settings", "."], "cannot read .: Is a directory"),
         (["--source", "x", "--port", "/dev/null", "--stdout"], "not allowed with"),
     ],

@@ -280,6 +280,7 @@ def test_without_lines_it_tells_the_functions(faulty, tmp_path, monkeypatch, cap
     kept = tracebacks.save("0123", made.names)
     assert cli.main(["traceback", str(tmp_path / "said.txt")]) == 0
     told = capsys.readouterr().out
+    (tmp_path / "said.txt").write_bytes(said.replace("\n", "\r\n").encode())
     assert 'File "larics/part.py", in Axle.carry\n' in told and "in Wheel.turn|missing\n" in told
     assert cli.main(["traceback", str(tmp_path / "said.txt"), "--names", str(kept)]) == 0
     assert capsys.readouterr().out == told

@@ -88,7 +88,8 @@ def run(args: argparse.Namespace) -> int:
     if args.settings and Path(args.settings).exists():
         head = read_bytes(args.settings).strip()
         if head and not head.startswith(b"{"):
-            raise UserError("%s is no file of settings, and saving would overwrite it" % args.settings)
+            text = "%s is no file of settings, and saving would overwrite it: choose another name"
+            raise UserError(text % args.settings)
     # the package that is imported here is imported there, too, with the loops that are compiled for it
     paths = root / "firmware", Path(larics.__file__).parents[1]
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(map(str, paths)))

@@ -27,7 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from larics_host.flash import tracebacks
 
-    said = files.read_bytes(args.file).decode(errors="replace") if args.file else None
+    said = None
+    if args.file:  # a serial line's log has the line ends of the board
+        said = files.read_bytes(args.file).decode(errors="replace").replace("\r\n", "\n")
     names = tracebacks.load(Path(args.names) if args.names else None)
     sys.stdout.write(tracebacks.translate(sys.stdin.read() if said is None else said, names))
     return 0

@@ -64,9 +64,8 @@ def _free_names(trees: Mapping[str, ast.Module]) -> Iterator[str]:
     the same."""
     taken = {part for module in trees for part in module.split(".")} | _MODULES_OF_BOARDS
     for tree in trees.values():
-        for node in ast.walk(
-            tree
-        ):  # fields that hold texts: names of all kinds, and what is looked for by them
+        for node in ast.walk(tree):
+            # fields that hold texts: names of all kinds, and what is looked for by them
             taken.update(value for _, value in ast.iter_fields(node) if isinstance(value, str))
     taken = {name.lower() for name in taken}
     for name in short_names.new_names():

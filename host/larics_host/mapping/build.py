@@ -109,10 +109,7 @@ def build(
         done = (1 + 3 * attempt) / (4 * _LAYOUTS)
         progress(done)
         graph, passages = _graph(main, laid, collected, request, noise)
-        lengths = [
-            (*(_number(laid, one, laid.places) for one in pair), mm) for *pair, mm in request.lengths()
-        ]
-        inside = [one for one in lengths if {one[0], one[1]} <= set(graph.places)]
+        inside = _lengths(laid, request.lengths(), set(graph.places))
         wrong = contradicted.by_layout(graph, inside, laid.places)
         if wrong:
             raise _not_of_this_hall(wrong, collected, request, passages)

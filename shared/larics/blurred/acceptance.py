@@ -38,8 +38,8 @@ _RESIDUAL_MOST_FIRST = const(320)  # before the rings are fitted without the lin
 _SMALL_Q8 = const(3072)  # radius of rings on which a speck of dirt may be as large as a line,
 _ONE_LEAST_SMALL = const(212)  # but is seldom as dark
 _DIRTY_MOST = const(200)  # of one position that must be empty, at most
-_WASHING = const(7)  # entry of blur_model.MOTIONS, 5/12 of the outer radius, from which on that happens
-_PLAIN_MOVING = const(120)  # margin of cells that motion may have washed out, to tell that there are none
+_WASHING = const(7)  # entry of blur_model.MOTIONS: from 5/12 of the outer radius on it may wash out cells;
+_PLAIN_MOVING = const(120)  # that there are none is then believed only with this margin
 
 
 class Acceptance:
