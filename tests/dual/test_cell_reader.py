@@ -160,6 +160,33 @@ def test_a_cell_much_lighter_than_the_white_beside_it_tells_nothing():
         assert cells._weigh() and cells._weights[white] - BIAS == weight, depth
 
 
+def test_how_dark_the_fourth_cell_of_a_coded_marker_is():
+    for depth, weight in ((154, 64), (153, 20)):  # else levels are those of a plain one, 0 to 256
+        cells = reader()
+        show(cells, 3)
+        for cell in (1, 8, 13, 20):
+            cells.depths[cell] = BIAS + depth
+        assert cells._weigh() and cells._weights[8] - BIAS == weight, depth
+
+
+def test_what_leaves_no_doubt_of_a_word():
+    """Of the eight cells that tell the least; more where one of them tells nothing."""
+    dark = golay.cells(ID)
+    lines = array("i", (BIAS, BIAS, BIAS, 0))
+    for least, is_certain in (
+        ([24] * 8, 1),
+        ([23] + [24] * 7, 0),
+        ([0] + [57] * 6 + [58], 1),
+        ([0] + [57] * 7, 0),
+    ):
+        shown = least + [64] * 16
+        weights = [BIAS + (shown[cell] if dark >> cell & 1 else -shown[cell]) for cell in range(24)]
+        found = cell_words.certain_word(
+            0, 0, array("i", bytes(36)), array("i", weights), fixed.CELL_ROWS, lines, array("i", bytes(20))
+        )
+        assert found == is_certain, least
+
+
 def test_from_which_shade_ink_counts_as_less_dark():
     for shade, weight in ((60, 0), (61, 20)):
         cells = reader()
@@ -181,6 +208,25 @@ def test_by_how_much_a_word_must_cost_less_than_the_second():
             weights[25] = 0 if told == 0 else 500
             found = cell_words.believed_word(lines_id, 0, turned, weights, result)
             assert found & 4095 == believed, (lines_id, told, turned, gap - short)
+
+
+def test_what_a_word_may_cost_and_what_makes_it_sure():
+    for lines_id, told, turned, cost, gap, plain, margin in (
+        (5, ID, 1, 80, 100, 500, 19),  # where the orientation line is not seen, a word may cost no more
+        (5, ID, 1, 81, 102, 500, None),
+        (5, ID, 0, 81, 102, 500, 21),
+        (5, ID, 0, 100, 125, 500, 41),  # five quarters of what it contradicts
+        (5, ID, 0, 100, 124, 500, None),
+        (5, 0, 0, 200, 100, 200, 17),  # of the empty word a half
+        (5, 0, 0, 200, 99, 200, None),
+        (0, ID, 0, 0, 110 + 144, 0, 127),
+        (0, ID, 0, 0, 110 + 288, 0, 255),
+        (0, ID, 0, 0, 110 + 287, 0, 254),
+    ):
+        weights, result = array("i", bytes(4 * 26)), array("i", (told, cost, cost + gap, 0, 0))
+        weights[25] = plain
+        found = cell_words.believed_word(lines_id, 0, turned, weights, result)
+        assert found == (0 if margin is None else 1 + told + (margin << 12)), (told, turned, cost, gap)
 
 
 def test_white_cells_behind_a_hidden_ring_tell_nothing():

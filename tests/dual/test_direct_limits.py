@@ -125,6 +125,35 @@ def test_the_last_pass_must_settle():
         assert (found, len(script.passes)) == (verdict, passes), moves
 
 
+class Moved(Scripted):
+    """A script whose robust fit moves the centre by so much; no orientation line is believed after that."""
+
+    margin = 255
+
+    def fit(self, rings):
+        return True
+
+    def take_centre(self, robust):
+        return self.robust_q10
+
+    def rings(self, *measured):
+        return verdicts.ACCEPTED
+
+    def orientation(self, lines, rings):
+        return verdicts.NO_ORIENTATION
+
+
+def test_a_centre_that_was_moved_lets_the_line_be_measured_twice():
+    for moved_q10, times in ((40, 1), (41, 2)):
+        reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+        script = Moved(8000, (0,))
+        script.robust_q10 = moved_q10
+        reader.rings = reader.lines = reader.acceptance = reader.robust = script
+        reader._turn_by_code = lambda frame: False
+        assert reader.examine(None, Scale, 1, 0, 0, 0) == verdicts.NO_ORIENTATION
+        assert script.passes[-1] == (script, times)
+
+
 class Quarters:
     """Stands for lines and cells: an inner position in each of four directions, what the cells make of it."""
 
