@@ -129,7 +129,9 @@ def _compile_for_cameras():
     from larics.device.raw_frame import RawSender
     from larics.kernels.crc import x25
     from larics.kernels.grey import count_greys
+    from larics.locate.carrier import Carrier
     from larics.locate.odometry import Odometry
+    from larics.locate.uncertainty import OdometryNoise
 
     frame = bytearray(4096)  # one half can be packed, the other cannot
     frame[:2048] = random.Random(1).randbytes(2048)
@@ -145,6 +147,10 @@ def _compile_for_cameras():
     for time_us in (10000, 20000):
         odometry.take(array("i", (time_us, 0, time_us, 0, 0, 0, 0)))
     odometry.at(15000)
+    carrier = Carrier(OdometryNoise())
+    for time_us in (10000, 20000):
+        odometry.x_mm10 += 5
+        carrier.move(odometry, time_us)
 
 
 def is_compiled() -> bool:
