@@ -39,6 +39,7 @@ CELLS = ("test_cell_reader", "test_cells")
 BLURRED = ("test_blur_model_limits", "test_blurred_limits", "test_blurred_acceptance", "test_model")
 TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
+    "shared/larics/kernels/code.py": ("test_direct_limits", "test_direct_acceptance"),
     "shared/larics/kernels/code_rules.py": ("test_direct_acceptance",),
     "shared/larics/direct/acceptance.py": ("test_direct_acceptance",),
     "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
@@ -83,7 +84,7 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/cells.py": CELLS,
     "shared/larics/kernels/cell_words.py": CELLS,
     "shared/larics/kernels/robust.py": FIT,
-    "shared/larics/direct/robust_centre.py": ("tests/host/test_robust_centre.py",),
+    "shared/larics/direct/robust_centre.py": ("test_direct_limits", "tests/host/test_robust_centre.py"),
     "shared/larics/direct/uncertainty.py": ("test_sigma_limits", "test_direct_limits"),
     "shared/larics/detect/edges.py": SEARCH,
     "shared/larics/detect/centre_votes.py": SEARCH,

@@ -184,3 +184,51 @@ def test_what_the_steps_ask_of_sectors():
     assert rings.fit(None, 3, None)
     assert rings.steps == [(3072, 300, False), (2048, 450, True), (1536, 450, True)]
     assert rings.effort == 3 * 600
+
+
+class Looks(Shifts):
+    """Stands for the kernels of a coarse look that sees so many of 16 sectors, shifted like this."""
+
+    def __init__(self, used, outer=(0, 0, 0, 0, 0)):
+        self.used, self.outer = used, outer
+
+    def circle_samples(self, *arguments):
+        pass
+
+    def sector_radii(self, *arguments):
+        assert arguments[7] == 150
+        return 16384
+
+    def shift_harmonics(self, a, b, shifts, circle, count, farthest, result):
+        for index in range(5):
+            result[index] = ZERO + self.outer[index]
+        return self.used
+
+
+class Prepared(Found):
+    """Stands for a blur model: what it prepares is noted."""
+
+    templates = sums = None
+
+    def prepare(self, sigma, *arguments):
+        self.sigma = sigma
+
+
+def looked(looks, radius_q8=5000):
+    """The rings after a coarse look at a radius, and its score."""
+    rings = rings_of()
+    rings.blur = Prepared()
+    kept = ring_fit.kernels, ring_fit.sector_kernels
+    ring_fit.kernels = ring_fit.sector_kernels = looks
+    try:
+        return rings, rings.coarse(None, 68 << 8, 64 << 8, radius_q8, radius_q8, 0)
+    finally:
+        ring_fit.kernels, ring_fit.sector_kernels = kept
+
+
+def test_a_coarse_look():
+    rings, score = looked(Looks(6))
+    assert score == 16384 and rings.effort == 900 // 8 + 900 // 8 + 900 // 4
+    assert looked(Looks(5))[1] == 0  # too few sectors agree
+    for radius_q8, sigma in ((2999, 12), (3000, 10)):
+        assert looked(Looks(16), radius_q8)[0].blur.sigma == sigma, radius_q8

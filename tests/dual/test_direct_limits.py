@@ -8,6 +8,7 @@ from larics.direct import line_reader, ring_fit, uncertainty
 from larics.direct.line_reader import LineReader
 from larics.direct.reader import DirectReader
 from larics.direct.ring_fit import RingFit
+from larics.direct.robust_centre import RobustCentre
 from larics.kernels import coarse, code, directions, harmonics, layouts, lines, robust
 from larics.marker import LARICS3, verdicts
 from larics.marker.detection import Detection
@@ -639,3 +640,28 @@ def test_where_a_stroke_beyond_a_line_is_looked_for():
     assert stroke(4, 250) == (961 - 523) * 256 // 257  # 4 of 100 px beside its middle
     assert stroke(4, 249) == 0  # there is no line
     assert stroke(2, 250) == stroke(8, 250) == stroke(12, 250) == 0
+
+
+def test_sectors_that_determine_the_common_centre():
+    class Seen:
+        radius_q8 = 7680
+        fit = array("i", bytes(4 * layouts.FIT_ITEMS))
+        outer = inner = array("i", bytes(4 * layouts.RING_ITEMS))
+
+    for outer, inner, is_determined in ((8, 6, True), (7, 7, True), (7, 6, False), (8, 5, False)):
+        Seen.fit[layouts.FIT_AREA], Seen.fit[layouts.FIT_INNER_Q10] = 400, 682
+        Seen.outer_means, Seen.inner_means = [array("i", [0] * 16 + [400] * 16) for _ in range(2)]
+        for means, count in ((Seen.outer_means, outer), (Seen.inner_means, inner)):
+            for k in range(count):
+                means[16 * k // count] = 32768
+        centre = RobustCentre(array("i", bytes(4 * layouts.ROBUST_ITEMS)))
+        assert centre.fit(Seen) == is_determined, (outer, inner)
+
+
+def test_a_radius_is_told_beyond_what_oblique_rows_make_of_it():
+    for radius_q8, told_q8 in ((7680, 7684), (15360, 15368)):
+        reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+        reader.rings.radius_q8 = radius_q8
+        found = Detection()
+        reader.tell(found)
+        assert found.radius_q8 == told_q8
