@@ -24,6 +24,10 @@ from pc.video_source import VideoSource
 from settings_store import SettingsStore
 
 BOARD = "linux"
+ENDING = "SIGINT", "SIGTERM", "SIGHUP"
+# an exception in the middle of loading a compiled loop leaves it half loaded, and the process crashes
+_NOT_WITHIN = "/numba/", "/llvmlite/"
+_AGAIN_S = 0.02
 
 
 class Stop(BaseException):
@@ -81,8 +85,20 @@ def make_app(settings, store, faults, camera, line):
     return app
 
 
-def stop(*_):
+def stop(_, frame):
+    """Ends the program where that may be; elsewhere it is tried again soon."""
+    while frame:
+        if any(folder in frame.f_code.co_filename for folder in _NOT_WITHIN):
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+            return
+        frame = frame.f_back
     raise Stop
+
+
+def stop_by_signals():
+    """Lets Stop come of what ends a program. Only within the main thread."""
+    for name in (*ENDING, "SIGALRM"):
+        signal.signal(getattr(signal, name), stop)
 
 
 def main(arguments):
@@ -95,8 +111,7 @@ def main(arguments):
         return fail("another larics camera uses %s: give --settings FILE" % options["settings"])
     except OSError:
         pass  # nothing can be kept there, which a save will tell
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        signal.signal(getattr(signal, name), stop)
+    stop_by_signals()
     try:
         ends = open_ends(options)
         camera, line = ends[-2:]

@@ -304,6 +304,32 @@ def test_it_ends_when_nobody_reads_its_output(tmp_path):
     process.stderr.close()
 
 
+def test_a_signal_waits_until_a_compiled_loop_is_loaded():
+    code = """
+import os, signal
+from pc import linux_main
+linux_main.stop_by_signals()
+text = "os.kill(os.getpid(), signal.SIGTERM); print('loaded', flush=True)"
+loading = compile(text, "/a/numba/b.py", "exec")
+try:
+    exec(loading)
+    print("goes on", flush=True)
+    while True:
+        signal.pause()
+except linux_main.Stop:
+    print("ends")
+"""
+    paths = ":".join(str(ROOT / name) for name in ("firmware", "shared"))
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=dict(os.environ, PYTHONPATH=paths),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    assert (done.stdout.split("\n"), done.stderr) == (["loaded", "goes on", "ends", ""], "")
+
+
 def test_a_signal_ends_it_well(tmp_path):
     for number in (signal.SIGTERM, signal.SIGINT):
         with mjpeg_server() as server, running(tmp_path, "--source", server.address) as (process, _):
