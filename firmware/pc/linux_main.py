@@ -1,6 +1,6 @@
 """The program on a Linux computer: frames from a video source in, the wire out. `larics camera` runs it.
 
-    python firmware/pc/linux_main.py OPTIONS [--check]
+    python firmware/pc/linux_start.py OPTIONS [--check]
 
 OPTIONS: as JSON what `larics camera` checked, {"source", "size", "fps", "every", "port", "baud", "tcp",
 "link", "stdout", "settings", "set"}. Settings are kept in the file `settings`, as a board keeps its own.
@@ -153,6 +153,6 @@ def fail(text):
     return 2
 
 
-if __name__ == "__main__":
-    code = main(sys.argv[1:])
-    os._exit(code)  # a thread that hangs in OpenCV would abort an interpreter that ends in order
+def run(arguments):
+    """Never returns: a thread that hangs in OpenCV would abort an interpreter that ends in order."""
+    os._exit(main(arguments))

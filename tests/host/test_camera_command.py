@@ -330,6 +330,19 @@ except linux_main.Stop:
     assert (done.stdout.split("\n"), done.stderr) == (["loaded", "goes on", "ends", ""], "")
 
 
+def test_ctrl_c_while_its_modules_load_ends_it_without_a_traceback(tmp_path):
+    (tmp_path / "app.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    paths = ":".join(str(path) for path in (tmp_path, ROOT / "firmware", ROOT / "shared"))
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "firmware" / "pc" / "linux_start.py"), "{}"],
+        env=dict(os.environ, PYTHONPATH=paths),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+    assert (done.returncode, done.stderr) == (-signal.SIGINT, "")
+
+
 def test_a_signal_ends_it_well(tmp_path):
     for number in (signal.SIGTERM, signal.SIGINT):
         with mjpeg_server() as server, running(tmp_path, "--source", server.address) as (process, _):

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     if not sys.platform.startswith("linux"):
         raise UserError("larics camera runs on Linux; here is %s" % sys.platform)
     root = source_root()
-    program = root / "firmware" / "pc" / "linux_main.py"
+    program = root / "firmware" / "pc" / "linux_start.py"
     options: dict[str, Any] = {
         "source": args.source, "size": _size(args.size), "fps": args.fps, "every": args.every,
         "port": args.port, "baud": args.baud, "tcp": args.tcp, "stdout": args.stdout, "link": args.link,
