@@ -97,7 +97,7 @@ def stop(_, frame):
 
 def stop_by_signals():
     """Lets Stop come of what ends a program. Only within the main thread."""
-    for name in (*ENDING, "SIGALRM"):
+    for name in ENDING + ("SIGALRM",):  # noqa: RUF005, mpy-cross takes no star there
         signal.signal(getattr(signal, name), stop)
 
 
