@@ -1,5 +1,6 @@
 """The camera on the desk, and what the README's tour works on."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -9,6 +10,7 @@ import pytest
 
 from larics_host import cli
 from larics_host.connection.camera_settings import connected
+from larics_host.connection.client import NoAnswer
 from larics_host.drive import tour
 from larics_host.images.frame_sources import open_frames
 from tests.host.plain_marker import plain_frame
@@ -26,38 +28,44 @@ def frames(tmp_path):
     return folder
 
 
-def start(folder, *options):
+@contextlib.contextmanager
+def desk(folder, *options):
+    """Its port's name. It ends well when it is told to."""
     command = [sys.executable, "-m", "larics_host", "simulate", "--desk", str(folder), *options]
     environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"))
     process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
-    line = process.stdout.readline()
-    assert "open this as the camera's port" in line
-    return process, line.split(":")[0]
+    try:
+        line = process.stdout.readline()
+        assert "open this as the camera's port" in line
+        yield line.split(":")[0]
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 0
 
 
-def stop(process):
-    process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=PATIENCE_S)
-    return process.returncode
+def has_radius(camera, radius_px):
+    try:
+        return camera.get("radius_min_px") == radius_px
+    except NoAnswer:  # it is still starting
+        return False
 
 
 def test_what_it_saved_counts_after_a_restart_and_a_new_start(frames, tmp_path):
     (frames / "settings.json").write_text('{"radius_min_px": 20}')
-    process, name = start(frames, "--link", str(tmp_path / "camera"))
-    assert name == str(tmp_path / "camera")
-    with connected(name) as camera:
-        assert camera.info().board == "desk" and camera.get("radius_min_px") == 20
-        camera.set("radius_min_px", 24)
-        camera.save()
-        camera.set("radius_min_px", 22)
-        camera.restart()
-    with connected(name) as camera:  # the port stays, nobody has to open it anew
-        wait_until(lambda: camera.get("radius_min_px") == 24)
-    assert stop(process) == 0 and not (tmp_path / "camera").exists()
-    process, name = start(frames)
-    with connected(name) as camera:
-        assert camera.get("radius_min_px") == 24
-    assert stop(process) == 0
+    with desk(frames, "--link", str(tmp_path / "camera")) as name:
+        assert name == str(tmp_path / "camera")
+        with connected(name) as camera:
+            assert camera.info().board == "desk" and camera.get("radius_min_px") == 20
+            camera.set("radius_min_px", 24)
+            camera.save()
+            camera.set("radius_min_px", 22)
+            camera.restart()
+        with connected(name) as camera:  # the port stays, nobody has to open it anew
+            wait_until(lambda: has_radius(camera, 24))
+    assert not (tmp_path / "camera").exists()
+    with desk(frames) as name, connected(name) as camera:
+        wait_until(lambda: has_radius(camera, 24))
 
 
 @pytest.mark.parametrize(
