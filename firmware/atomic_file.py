@@ -16,18 +16,12 @@ RESTORED = 2  # the file in use was not whole; another was
 CORRUPT = 3  # there are files and none is whole
 
 
-def seal(text):
-    """The bytes of a file with this text (str): the text and a line with its CRC."""
-    data = text.encode()
-    return data + _crc_line(crc32(data))
-
-
 def _crc_line(crc):
     return b"\n#crc %08x\n" % (crc & 0xFFFFFFFF)
 
 
 def unseal(data):
-    """The text of a sealed file, or None when it is not whole.
+    """The text of a file, which ends with a line with its CRC; None when it is not whole.
 
     A JSON object without the line of the CRC is taken as written by hand: cut off anywhere, it would lack
     its last brace (the texts kept here have one only at their end)."""

@@ -1,10 +1,11 @@
 """Each fault injected into the whole program: counted, reported with its code, and recovered from."""
 
 import json
+from binascii import crc32
 
 from board_parts import Clock, Uart, make_app, marker, plain
 
-from atomic_file import AtomicFile, seal, unseal
+from atomic_file import AtomicFile, unseal
 from cameras import CameraError
 from faults import Faults
 from larics.settings import VERSION, Settings
@@ -16,6 +17,11 @@ FAULTS = at(m.STATUS, "faults")
 LAST = at(m.STATUS, "last_fault")
 ACTIVE = at(m.STATUS, "active_faults")
 STATE = at(m.STATUS, "state")
+
+
+def sealed(text):
+    """The bytes of a whole file with this text."""
+    return text.encode() + b"\n#crc %08x\n" % (crc32(text.encode()) & 0xFFFFFFFF)
 
 
 _noisy = {}
@@ -564,10 +570,10 @@ def test_settings_are_saved_in_short_pieces():
 def test_settings_corrupt_from_another_version_and_out_of_range():
     for content, fault, baud in (
         (b"\x00\xff", m.FAULT_SETTINGS_CORRUPT, 115200),
-        (seal("[1, 2"), m.FAULT_SETTINGS_CORRUPT, 115200),
-        (seal("[1, 2]"), m.FAULT_SETTINGS_CORRUPT, 115200),
-        (seal('{"baud": 57600, "width": 5}'), m.FAULT_SETTINGS_CORRUPT, 57600),
-        (seal('{"baud": 57600, "version": %d, "new": 1}' % (VERSION + 1)), m.FAULT_SETTINGS_VERSION, 57600),
+        (sealed("[1, 2"), m.FAULT_SETTINGS_CORRUPT, 115200),
+        (sealed("[1, 2]"), m.FAULT_SETTINGS_CORRUPT, 115200),
+        (sealed('{"baud": 57600, "width": 5}'), m.FAULT_SETTINGS_CORRUPT, 57600),
+        (sealed('{"baud": 57600, "version": %d, "new": 1}' % (VERSION + 1)), m.FAULT_SETTINGS_VERSION, 57600),
     ):
         files = Files()
         files.data["s.json"] = content

@@ -1,6 +1,13 @@
 """Kept settings survive a loss of power at every byte written and between any two file operations."""
 
-from atomic_file import CORRUPT, GOOD, MISSING, RESTORED, AtomicFile, seal, unseal
+from binascii import crc32
+
+from atomic_file import CORRUPT, GOOD, MISSING, RESTORED, AtomicFile, unseal
+
+
+def sealed(text):
+    """The bytes of a whole file with this text."""
+    return text.encode() + b"\n#crc %08x\n" % (crc32(text.encode()) & 0xFFFFFFFF)
 
 
 class PowerLoss(Exception):
@@ -85,9 +92,9 @@ def saved(*texts):
 
 
 def test_seal():
-    assert unseal(seal('{"a": 1}')) == '{"a": 1}'
-    assert unseal(seal("")) == ""
-    data = seal("some text")
+    assert unseal(sealed('{"a": 1}')) == '{"a": 1}'
+    assert unseal(sealed("")) == ""
+    data = sealed("some text")
     for index in range(len(data)):
         assert unseal(data[:index]) is None
         assert unseal(data[:index] + bytes([data[index] ^ 1]) + data[index + 1 :]) is None
@@ -96,7 +103,7 @@ def test_seal():
 def test_a_file_written_by_hand_is_taken_when_it_is_whole():
     text = '{"width": 320, "map": [[1, 2, 3, 4]]}'
     assert unseal(text.encode()) == text and unseal(text.encode() + b"\r\n") == text + "\r\n"
-    data = seal(text)
+    data = sealed(text)
     for index in range(len(data)):
         assert unseal(data[:index]) in (None, text, text + "\n"), index
     for index in range(len(text)):
