@@ -5,8 +5,6 @@ import http.client
 import io
 import json
 import os
-import subprocess
-import sys
 
 import cv2
 import numpy as np
@@ -28,7 +26,7 @@ from larics_host.monitor.web import serve
 from tests.host.browser import headless_browser
 from tests.host.firmware_process import start_firmware
 from tests.host.plain_marker import plain_frame
-from tests.host.test_dual import ROOT
+from tests.host.terminals import shown_in_terminal
 from tests.host.test_log import marker_values, status_values, wire
 from tests.host.waiting import PATIENCE_S, wait_until
 from wire_values import changed, message_values
@@ -300,17 +298,8 @@ def test_a_live_port_without_a_terminal(tmp_path, capsys):
 
 def test_in_a_terminal(log):
     """The live display itself, on a pseudo-terminal."""
-    master, slave = os.openpty()
-    environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"), TERM="xterm")
-    command = [sys.executable, "-m", "larics_host", "monitor", "--input", str(log), "--speed", "0"]
-    process = subprocess.Popen(command, stdout=slave, stderr=slave, env=environment)
-    os.close(slave)
-    shown = b""
-    with contextlib.suppress(OSError):
-        while data := os.read(master, 65536):
-            shown += data
-    assert process.wait(timeout=PATIENCE_S) == 0 and b"ID 3" in shown and b"\x1b[" in shown
-    os.close(master)
+    shown = shown_in_terminal("monitor", "--input", log, "--speed", "0")
+    assert b"ID 3" in shown and b"\x1b[" in shown
 
 
 def test_a_port_that_vanishes_is_told(capsys):

@@ -1,14 +1,8 @@
 """`larics settings` against the real firmware on MicroPython, and what needs no camera."""
 
 import contextlib
-import fcntl
 import json
-import os
 import re
-import struct
-import subprocess
-import sys
-import termios
 
 import pytest
 
@@ -21,8 +15,7 @@ from larics_host.connection.pty_pair import PtyPair
 from larics_host.errors import UserError
 from tests.host.firmware_process import start_firmware
 from tests.host.plain_marker import plain_frame
-from tests.host.test_dual import ROOT
-from tests.host.waiting import PATIENCE_S
+from tests.host.terminals import shown_in_terminal
 
 
 @contextlib.contextmanager
@@ -93,20 +86,8 @@ def test_a_camera_is_read_changed_compared_and_restored(tmp_path, capsys, monkey
 
 
 def a_narrow_terminal_gets_lines(device):
-    master, slave = os.openpty()
-    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 24, 40, 0, 0))
-    environment = dict(os.environ, PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"), TERM="xterm")
-    command = [sys.executable, "-m", "larics_host", "settings", "show", "--port", str(device)]
-    environment.pop("COLUMNS", None)
-    process = subprocess.Popen(command, stdin=slave, stdout=slave, env=environment)
-    os.close(slave)
-    told = b""
-    with contextlib.suppress(OSError):
-        while data := os.read(master, 65536):
-            told += data
-    assert process.wait(timeout=PATIENCE_S) == 0
-    os.close(master)
-    lines = re.sub("\x1b\\[[0-9;]*m", "", told.decode()).splitlines()
+    told = shown_in_terminal("settings", "show", "--port", device, columns=40)
+    lines = re.sub("\x1b\\[[0-9;?]*[a-zA-Z]", "", told.decode()).splitlines()
     at = lines.index("ceiling_mm10 = 25000 0.1 mm")
     assert lines[at + 1].startswith("    0..") and max(map(len, lines)) <= 40
 
@@ -120,6 +101,9 @@ def older_than_the_pc(capsys, file, port, monkeypatch):
         patch.setitem(setting_rules._BY_KEY, 250, new)
         code, out, _ = settings(capsys, "show", *port)
         assert code == 0 and re.search(r"^novelty +- *$", out, re.MULTILINE) and "margin_min" in out
+        patch.setattr("larics_host.commands.settings._TABLE_WIDE", 200)
+        out = settings(capsys, "show", *port)[1]
+        assert "\nnovelty = - \n" in out and "\n\n" not in re.sub(" +$", "", out, flags=re.MULTILINE)
         file.write_text(json.dumps({"novelty": 2, "rate_divider": 1}))
         code, out, _ = settings(capsys, "restore", *port, file)
         assert code == 0 and "has these values already" in out
