@@ -1,10 +1,12 @@
 """`larics monitor`: its state, the terminal, and the page in a real browser before a real firmware."""
 
+import argparse
 import contextlib
 import http.client
 import io
 import json
 import os
+import sys
 
 import cv2
 import numpy as np
@@ -14,6 +16,7 @@ from rich.console import Console
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import cli
+from larics_host.commands import monitor
 from larics_host.connection.byte_sources import SerialSource
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
@@ -294,6 +297,24 @@ def test_a_live_port_without_a_terminal(tmp_path, capsys):
         assert cli.main(["monitor", "--port", device, "--seconds", "6"]) == 0
     printed = capsys.readouterr().out
     assert "ID 5" in printed and "TRACKING" in printed and "map; " in printed
+
+
+def test_what_a_terminal_shows_last_is_the_end(monkeypatch):
+    class Ending:
+        lock, state, told = contextlib.nullcontext(), MonitorState("x"), 0
+
+        @property
+        def ended(self):
+            self.told += 1
+            return "it is over" if self.told > 1 else None  # while something is shown
+
+    shown = io.StringIO()
+    monkeypatch.setattr(
+        "larics_host.consoles.Console", lambda: Console(file=shown, force_terminal=True, width=100, height=40)
+    )
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monitor._show(argparse.Namespace(seconds=None, web=None), Ending(), lambda: False)
+    assert "ended: it is over" in shown.getvalue()
 
 
 def test_in_a_terminal(log):

@@ -103,9 +103,10 @@ def _show(args, session, stopped):
     with Live(console=Console(), auto_refresh=False) as live:
         while not stopped() and (end_s is None or time.monotonic() < end_s):
             with session.lock:
-                content = render(session.state, session.ended, live.console.size)
+                ended = session.ended  # once: what is shown last is the end
+                content = render(session.state, ended, live.console.size)
             live.update(content, refresh=True)
-            if session.ended:
+            if ended:
                 return
             time.sleep(_REFRESH_S)
 
