@@ -195,12 +195,12 @@ def drive(world: World, seed: int) -> Drive:
     step = world.speed_mm_s / world.rate
     order = _tour(world, hall, rng)
     half = len(order) // 2
-    seen = [min(order[1:half].count(k), order[half + 1 :].count(k)) for k in range(len(hall))]
-    often = int(rng.choice(np.flatnonzero(np.array(seen) == max(seen))))
+    visits = [min(order[1:half].count(k), order[half + 1 :].count(k)) for k in range(len(hall))]
+    often = int(rng.choice(np.flatnonzero(np.array(visits) == max(visits))))
     frame, carried = 1, False
     before = list(hall)
     for index, number in enumerate(order[1:], 1):
-        if world.moved and max(seen) and index == half:  # who never comes by again cannot tell
+        if world.moved and max(visits) and index == half:  # who never comes by again cannot tell
             marker_id, x, y, heading = hall[often]
             angle, way = rng.uniform(0, 2 * math.pi), rng.uniform(150, 500)
             place = x + way * math.cos(angle), y + way * math.sin(angle)

@@ -49,8 +49,10 @@ class Part:
 
     def legs(self, shares: np.ndarray) -> list[Leg]:
         """The Legs from each passage of the drive to the next."""
-        assert self.way is not None
-        return self.way.legs(self.frames(), shares)
+        assert self.drive is not None and self.way is not None
+        passages = self.drive.passages
+        leaving, entries = [one.leaving for one in passages[:-1]], [one.entry for one in passages[1:]]
+        return self.way.legs(self.frames(), shares, leaving, entries)
 
 
 @dataclass

@@ -2,7 +2,9 @@
 
 What is seen again and again at one place of the odometry frame is one marker: misread frames are outvoted,
 and the readings of a passage are brought to one frame, that in which the marker is nearest to the lens. Only
-passages enter the map's graph, so that an hour of frames becomes a thousand poses.
+passages enter the map's graph, so that an hour of frames becomes a thousand poses. How the vehicle went while
+the marker was in view, the marker itself tells: odometry is needed from where one was seen last to where the
+next one was seen first, and a wheel that slips in between, as in a turn below a marker, does no harm.
 """
 
 from __future__ import annotations
@@ -12,11 +14,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from larics_host.mapping.poses import after, inverse
 from larics_host.mapping.sightings import Seen, Sighting, Stretch
+from larics_host.mapping.wheels import View, wheels_mm
 
 _PLATE_GATE_MM = 300.0  # no other plate has room so near
 _GONE_MM = 1000.0  # of way without the marker: it is out of view
-_NEAR_MM = 200.0  # of way from the frame of a passage: farther, odometry adds more than a reading
+_NEAR_MM = 200.0  # of a wheel's way from the frame of a passage: farther, odometry adds more than a reading
+_EDGE_MM, _EDGE_LEAST = 100.0, 3  # of a wheel's way, and readings, that tell where a marker came into view
 _MOST = 400  # readings of a passage that are kept
 _LEAST_TOGETHER = 3  # frames that show two markers
 
@@ -24,7 +29,8 @@ _LEAST_TOGETHER = 3  # frames that show two markers
 @dataclass
 class Passage:
     """frame: index in the stretch; the marker in the vehicle frame there, mm and radians; votes: how often
-    each ID was read; seen: readings that agree."""
+    each ID was read; seen: readings that agree; entry, leaving: Views of the vehicle where the marker came
+    into view and went out of it, in the axes of the vehicle in the frame; None where few readings tell."""
 
     frame: int
     x_mm: float
@@ -33,6 +39,8 @@ class Passage:
     height_mm: float
     votes: Counter
     seen: int
+    entry: View | None = None
+    leaving: View | None = None
 
     @property
     def id(self) -> int:
@@ -78,6 +86,7 @@ def drives(seen: Seen, log: int = 0) -> tuple[list[Drive], np.ndarray]:
 
 def _drive(stretch, rows, log):
     way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(stretch.x_mm), np.diff(stretch.y_mm)))]).tolist()
+    wheels = np.concatenate([[0.0], np.cumsum(wheels_mm(stretch.x_mm, stretch.y_mm, stretch.heading))])
     xs, ys = stretch.x_mm.tolist(), stretch.y_mm.tolist()
     cos, sin = np.cos(stretch.heading).tolist(), np.sin(stretch.heading).tolist()
     running, done = [], []
@@ -105,7 +114,7 @@ def _drive(stretch, rows, log):
         here.append(one)
     done += running
     done.sort(key=lambda one: one.readings[0][0])
-    passages = {id(one): _passage(one, stretch, way) for one in done}
+    passages = {id(one): _passage(one, stretch, wheels) for one in done}
     order = sorted(passages, key=lambda key: passages[key].frame)
     index = {key: k for k, key in enumerate(order)}
     result = Drive(stretch, [passages[key] for key in order], [], log)
@@ -116,21 +125,38 @@ def _drive(stretch, rows, log):
     return result
 
 
-def _passage(one, stretch, way):
+def _passage(one, stretch, wheels):
     marker_id = one.votes.most_common(1)[0][0]
     agreeing = [(k, s) for k, s in one.readings if s.id == marker_id]
     key = min(agreeing, key=lambda reading: reading[1].x_mm ** 2 + reading[1].y_mm ** 2)[0]
-    near = [(k, s) for k, s in agreeing if abs(way[k] - way[key]) < _NEAR_MM]
+    near = [(k, s) for k, s in agreeing if abs(wheels[k] - wheels[key]) < _NEAR_MM]
     near = near[:: -(-len(near) // _MOST)]
-    frames = np.array([k for k, _ in near])
-    values = np.array([(s.x_mm, s.y_mm, np.radians(s.heading_deg), s.height_mm) for _, s in near])
+    place = _brought(near, key, stretch)
+    height = float(np.median([s.height_mm for _, s in near]))
+    views = (_view(side, key, place, stretch, wheels) for side in (agreeing, agreeing[::-1]))
+    return Passage(key, *place, height, one.votes, len(agreeing), *views)
+
+
+def _brought(readings, key, stretch):
+    """Readings (frame, Sighting) brought to one frame by odometry: what is in their middle."""
+    frames = np.array([k for k, _ in readings])
+    values = np.array([(s.x_mm, s.y_mm, np.radians(s.heading_deg)) for _, s in readings])
     turned = stretch.heading[frames] - stretch.heading[key]
     dx, dy = stretch.x_mm[frames] - stretch.x_mm[key], stretch.y_mm[frames] - stretch.y_mm[key]
     cos, sin = np.cos(stretch.heading[key]), np.sin(stretch.heading[key])
     x = cos * dx + sin * dy + np.cos(turned) * values[:, 0] - np.sin(turned) * values[:, 1]
     y = cos * dy - sin * dx + np.sin(turned) * values[:, 0] + np.cos(turned) * values[:, 1]
-    place = _median(np.column_stack([x, y, values[:, 2] + turned]))
-    return Passage(key, *place, float(np.median(values[:, 3])), one.votes, len(agreeing))
+    return _median(np.column_stack([x, y, values[:, 2] + turned]))
+
+
+def _view(readings, key, place, stretch, wheels):
+    """The View that readings begin with, of a passage that has the marker at a place in its frame key."""
+    edge = wheels[readings[0][0]]
+    first = [(k, s) for k, s in readings if abs(wheels[k] - edge) < _EDGE_MM]
+    if len(first) < _EDGE_LEAST or abs(wheels[first[-1][0]] - wheels[key]) < _NEAR_MM:
+        return None
+    at = first[len(first) // 2][0]
+    return View(at, after(place, inverse(_brought(first, at, stretch))))
 
 
 def _median(readings):

@@ -9,9 +9,12 @@ the vehicle as the camera takes it, so that all that is shared is in them, and r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+
+from larics_host.mapping.poses import Pose, after, axes, inverse
 
 TRACK_MM = 300.0
 # standard deviations that are expected of scale, drift (rad/mm), track, and what a calibration leaves
@@ -19,12 +22,26 @@ SHARES_SIGMA = (0.007, 4.7e-5, 0.01, 3.0, 3.0, 0.0015)
 SHARES = len(SHARES_SIGMA)
 _STEPS = (1e-4, 1e-6, 1e-4)  # for derivatives
 _FLOOR_MM, _FLOOR_RAD = 0.7, 0.0005  # what times and roundings add to each leg
+_HERE: Pose = (0.0, 0.0, 0.0)
+_VIEW_SIGMA = (0.7, 0.7, 0.0007)  # of a View: mm, mm, rad
+
+
+class View(NamedTuple):
+    """Where the vehicle is in a frame of the stretch as a marker tells: in the axes of another frame."""
+
+    frame: int
+    pose: Pose
+
+
+def wheels_mm(x: np.ndarray, y: np.ndarray, heading: np.ndarray, track_mm: float = TRACK_MM) -> np.ndarray:
+    """(N - 1,) way of the wheel that goes farther, from each of N poses to the next."""
+    return np.maximum(np.hypot(np.diff(x), np.diff(y)), track_mm / 2 * np.abs(np.diff(heading)))
 
 
 class Leg(NamedTuple):
     """From one frame to another, in the axes of the first: pose (x mm, y mm, rad) with shares as in `at`, its
-    derivatives (3, 6) by the shares, its covariance by noise of 1, and that by all else;
-    way_mm of a wheel."""
+    derivatives (3, 6) by the shares, its covariance by noise of 1, and that by all else; way_mm of a wheel
+    that odometry alone tells of."""
 
     pose: np.ndarray
     by_shares: np.ndarray
@@ -52,7 +69,7 @@ class Way:
         self._ahead = np.cos(middle) * dx + np.sin(middle) * dy
         self._left = np.cos(middle) * dy - np.sin(middle) * dx
         self._turn = turn
-        self._wheels_mm = np.maximum(np.hypot(dx, dy), track_mm / 2 * np.abs(turn))
+        self._wheels_mm = wheels_mm(x, y, heading, track_mm)
         self.track_mm = track_mm
         self.driven_mm = np.concatenate([[0.0], np.cumsum(self._wheels_mm)])
         self.ahead_mm = np.concatenate([[0.0], np.cumsum(self._ahead)])
@@ -70,9 +87,19 @@ class Way:
         poses[:, 2] = heading
         return poses
 
-    def legs(self, frames: np.ndarray, shares: np.ndarray) -> list[Leg]:
-        """The Legs between frames, each and the next, ascending indices of the stretch."""
-        begins, ends = np.asarray(frames[:-1]), np.asarray(frames[1:])
+    def legs(
+        self,
+        frames: np.ndarray,
+        shares: np.ndarray,
+        leaving: Sequence[View | None] = (),
+        entries: Sequence[View | None] = (),
+    ) -> list[Leg]:
+        """The Legs between frames, each and the next, ascending indices of the stretch.
+
+        leaving, entries: for each leg the View from its begin after which odometry tells the way, and that
+        from its end up to which it does; None, or no list, where it tells all of the way."""
+        out, into = _open_ways(frames, leaving, entries)
+        begins, ends = (np.array([view.frame for view in views], int) for views in (out, into))
         poses = self.poses(shares)
         relative = _relative(poses[begins], poses[ends])
         slopes = []
@@ -82,11 +109,10 @@ class Way:
         relative, aside = _seen_aside(relative, shares[3:])
         by_shares = np.concatenate([np.stack(slopes, axis=2), aside], axis=2)
         noise = self._noise(poses, begins, ends)
-        floor = np.diag([_FLOOR_MM**2, _FLOOR_MM**2, _FLOOR_RAD**2])
         shares = np.array(shares, float)
         ways = (self.driven_mm[ends] - self.driven_mm[begins]).tolist()
-        told = zip(relative, by_shares, noise, ways, strict=True)
-        return [Leg(pose, slope, loud, floor, shares, way) for pose, slope, loud, way in told]
+        told = zip(relative, by_shares, noise, ways, out, into, strict=True)
+        return [_leg(pose, slope, loud, shares, way, one, two) for pose, slope, loud, way, one, two in told]
 
     def _noise(self, poses, begins, ends):
         """(M, 3, 3): what each step's noise makes of the end, summed up, in the axes of the begin."""
@@ -109,6 +135,41 @@ class Way:
         cos, sin, zero = np.cos(origin[:, 2]), np.sin(origin[:, 2]), np.zeros(len(begins))
         back = np.array([[cos, sin, zero], [-sin, cos, zero], [zero, zero, zero + 1]]).transpose(2, 0, 1)
         return back @ found @ back.transpose(0, 2, 1)
+
+
+def _open_ways(frames, leaving, entries):
+    """(Views at the begin of what odometry tells of each leg, Views at its end)."""
+    out, into = ([View(int(frame), _HERE) for frame in side] for side in (frames[:-1], frames[1:]))
+    for k, (one, other) in enumerate(zip(leaving, entries, strict=True)):
+        one, other = one or out[k], other or into[k]
+        if one.frame < other.frame:  # else both markers are in view in between
+            out[k], into[k] = one, other
+    return out, into
+
+
+def _leg(odometry, by_shares, by_noise, shares, way, out, into):
+    """The Leg of odometry from the View out to the View into."""
+    floor = np.diag([_FLOOR_MM**2, _FLOOR_MM**2, _FLOOR_RAD**2])
+    if out.pose is _HERE and into.pose is _HERE:
+        return Leg(odometry, by_shares, by_noise, floor, shares, way)
+    rest = inverse(into.pose)  # from where odometry ends
+    pose = after(out.pose, after(odometry, rest))
+    turn, end = axes(out.pose[2]), axes(out.pose[2] + odometry[2])
+    on = turn @ _swung(np.subtract(after(odometry, rest), odometry))  # what the end of odometry moves
+    floor = on @ floor @ on.T
+    seen = np.diag(np.square(_VIEW_SIGMA))
+    if out.pose is not _HERE:
+        across = turn @ _swung(after(odometry, rest))
+        floor = floor + across @ seen @ across.T
+    if into.pose is not _HERE:
+        across = end @ _swung(rest)
+        floor = floor + across @ seen @ across.T
+    return Leg(np.array(pose), on @ by_shares, on @ by_noise @ on.T, floor, shares, way)
+
+
+def _swung(off):
+    """(3, 3): how a pose at an offset moves with what is moved and turned in its origin."""
+    return np.array([[1.0, 0.0, -off[1]], [0.0, 1.0, off[0]], [0.0, 0.0, 1.0]])
 
 
 def _relative(begins, ends):
