@@ -7,9 +7,10 @@ not how many edges did, and only the two radii of the rings are voted for.
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith import tables
 from larics.arith.fixed import words
@@ -133,6 +134,7 @@ class CentreVotes:
         """Bytes of the tables."""
         return 2 * len(self._offsets) + 4 * _CELLS_ITEMS
 
+    @micropython.native
     def find(self, edges, first, count, every, left, right, top, bottom):
         """Votes with every so-manyth edge from `first` to before `count` and ranks the centres inside the
         rectangle (px).

@@ -9,9 +9,10 @@ for each scale of marker that the range of radii needs, and for each candidate o
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith.fixed import frame_view, words
 from larics.detect.blurred_search import BlurredSearch, least_score
@@ -311,6 +312,7 @@ class Detector:
                 self._candidate(frame, scale, edges if promising else 0, x_q8, y_q8, 0, flags, found[index])
         self.statistics.crossings = self.direct.rings.crossings
 
+    @micropython.native
     def _candidate(self, frame, scale, edges, x_q8, y_q8, radius_q8, flags, score):
         """Examines one candidate, with a predicted radius or with edges, and reports it when it is a marker.
 

@@ -3,9 +3,10 @@
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith import tables
 from larics.arith.fixed import sin_q14
@@ -93,6 +94,7 @@ class EdgeFinder:
         """Bytes of the tables."""
         return DIRECTIONS * 6 + 8 * _GRID_ITEMS
 
+    @micropython.native
     def measure_threshold(self, frame):
         """Adapts the threshold to the gradients of the whole frame."""
         samples = kernels.gradient_histogram(0, 0, frame, self._grid, _SAMPLED, self._histogram)
@@ -130,6 +132,7 @@ class EdgeFinder:
         """Whether the other one's `find_blurred` lists the same edges."""
         return self.step == other.step and self.reach == other.reach
 
+    @micropython.native
     def list_steep(self, frame, alternate, lower):
         """Lists the points of the whole frame that may be edges, for `choose`.
 
@@ -150,6 +153,7 @@ class EdgeFinder:
             return self.list_steep(frame, alternate, False)
         return first
 
+    @micropython.native
     def choose(self, frame, positions, count, lowered):
         """Lists the edges among the first positions that a finder of the same reach listed, and after them
         the others; returns the number of edges, that of all is in `listed`.
@@ -163,6 +167,7 @@ class EdgeFinder:
         self.listed = listed >> 15
         return listed & 32767
 
+    @micropython.native
     def _steep(self, frame, grid, field, threshold2, listed, capacity):
         return kernels.steep_positions(
             frame, 0, 0, grid, field, threshold2, self.edges, listed, capacity

@@ -8,9 +8,10 @@ those on the code whether its ID is told.
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.coded.cell_reader import PLAIN
 from larics.kernels import code_rules as code_kernels
@@ -98,6 +99,7 @@ class Acceptance:
         count = kernels.line_rules(self._rules, lines.line, lines.second_q8, rings.radius_q8, lines.end_q8)
         return ACCEPTED if self._hold(count) else NO_ORIENTATION
 
+    @micropython.native
     def code(self, lines, rings, cells, is_turned):
         """The verdict on the eight inner positions, of which five must be empty, and on the cells.
 

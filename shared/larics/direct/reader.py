@@ -6,9 +6,10 @@ rings -> decode -> verdict
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith.fixed import cdeg_from_turn16
 from larics.coded.cell_reader import CellReader
@@ -103,6 +104,7 @@ class DirectReader:
         if not self.is_turned:
             found.sigma_mdeg = uncertainty.sigma_mdeg(variance, lines, rings.radius_q8)
 
+    @micropython.native
     def examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
         """Fits and reads one candidate and returns the verdict.
 

@@ -122,6 +122,7 @@ class RingFit:
         radii[_RADII_CAPACITY] = _DISTANCES
         return radii
 
+    @micropython.native
     def coarse(self, edges, count, x_q8, y_q8, radii):
         """Takes a candidate centre and finds its radius from the edges; False when too few agree."""
         result = self._result

@@ -6,9 +6,10 @@ radius, ellipse and, as far as it is no more than noise, the difference of their
 """
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith import tables
 from larics.kernels import robust as kernels
@@ -48,6 +49,7 @@ class RobustCentre:
         self.work = work
         self.x_q10 = self.y_q10 = self.middle_x_q10 = self.middle_y_q10 = self.variance = self.square = 0
 
+    @micropython.native
     def fit(self, rings):
         """Fits the sectors of a RingFit's last pass; False when they do not determine the centre.
 
@@ -80,6 +82,7 @@ class RobustCentre:
                 break
         return self._finish(work, pose, prior, ratio, ratio_weight)
 
+    @micropython.native
     def _finish(self, work, pose, prior, ratio, ratio_weight):
         """Believes the difference of the centres as far as it exceeds its noise, and tells the variance."""
         weight = kernels.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, ratio, 2)
@@ -109,6 +112,7 @@ class RobustCentre:
         self.square = square
         return True
 
+    @micropython.native
     def _moved(self, work, axis, beyond):
         """The centre along an axis: that of the rings, and what lies beyond it, 1/1024 px."""
         middle = work[_ROBUST_PARAMETERS + axis] - _BIAS

@@ -40,6 +40,7 @@ def centre_variance(robust, rings, lines):
     return with_few_pixels(variance + distance * distance // 22 + moved * moved // 12, rings.radius_q8)
 
 
+@micropython.native
 def with_few_pixels(variance, radius_q8):
     """The variance with what few pixels add to it: sectors of a small ring are not independent."""
     radius_q4 = radius_q8 >> 4

@@ -118,14 +118,16 @@ def code_positions(
                 if i == 0:
                     base = value
                 sum += value
-                moment += (value - base) * i
-                squares += (value - base) * (value - base)
+                value -= base
+                moment += value * i
+                squares += value * value
                 x += dx
                 y += dy
                 i += 1
             # of the last sample, which the line between both ends goes through
+            rise = value
+            value += base
             sum = sum - base - value
-            rise = value - base
             rough += squares - rise * rise - ((rise * ((moment - (rise << 3) << 2) - rise * 35)) >> 4)
             level += base + value
             mean += (((base + value) * 7 >> 1) - sum) * spacing

@@ -102,6 +102,10 @@ def edge_threshold(
         if before < few and seen >= few:
             upper = i
         i += 1
+        if seen >= few and seen >= half and seen >= many:
+            while i < 128:
+                histogram[i] = 0
+                i += 1
     threshold = (median * median_q4) >> 3
     upper = upper + upper + 1
     lower = lower + lower + 1
@@ -125,35 +129,86 @@ def steep_positions(
     kept. Stops when `capacity` are listed; `positions` has capacity + 1 items. Returns the number listed."""
     width = int(grid[_GRID_WIDTH])
     reach = int(grid[_GRID_REACH])
-    left = int(grid[_GRID_LEFT])
-    right = int(grid[_GRID_RIGHT])
+    begin = int(grid[_GRID_LEFT])
+    last = int(grid[_GRID_RIGHT])
     bottom = int(grid[_GRID_BOTTOM])
     rows = int(grid[_GRID_STEP])
     step = rows
-    both_lefts = left + left
+    both_begins = begin + begin
     if field > 0:
         step = rows + rows
-        both_lefts += rows
+        both_begins += rows
         if field > 1:
-            left += rows
+            begin += rows
+    # from the pixel above a point on, which `position` is here
     row_reach = width * reach
+    below = row_reach + row_reach
+    left = row_reach - reach
+    right = row_reach + reach
     y = int(grid[_GRID_TOP])
     if listed >= capacity:
         y = bottom
     while y < bottom:
-        position = y * width + left
-        end = y * width + right
-        while position < end:
-            across = int(image[position + reach]) - int(image[position - reach])
-            down = int(image[position + row_reach]) - int(image[position - row_reach])
+        position = y * width + begin - row_reach
+        end = position + last - begin
+        # four at a time, of which the last ones may write the item beyond the capacity; then the others
+        fours = end - 3 * step
+        while position < fours:
+            across = int(image[position + right]) - int(image[position + left])
+            down = int(image[position + below]) - int(image[position])
             if across * across + down * down > threshold2:
-                positions[listed] = position
+                positions[listed] = position + row_reach
+                listed += 1
+                if listed >= capacity:
+                    listed = capacity
+                    end = 0
+                    fours = 0
+                    y = bottom
+            position += step
+            across = int(image[position + right]) - int(image[position + left])
+            down = int(image[position + below]) - int(image[position])
+            if across * across + down * down > threshold2:
+                positions[listed] = position + row_reach
+                listed += 1
+                if listed >= capacity:
+                    listed = capacity
+                    end = 0
+                    fours = 0
+                    y = bottom
+            position += step
+            across = int(image[position + right]) - int(image[position + left])
+            down = int(image[position + below]) - int(image[position])
+            if across * across + down * down > threshold2:
+                positions[listed] = position + row_reach
+                listed += 1
+                if listed >= capacity:
+                    listed = capacity
+                    end = 0
+                    fours = 0
+                    y = bottom
+            position += step
+            across = int(image[position + right]) - int(image[position + left])
+            down = int(image[position + below]) - int(image[position])
+            if across * across + down * down > threshold2:
+                positions[listed] = position + row_reach
+                listed += 1
+                if listed >= capacity:
+                    listed = capacity
+                    end = 0
+                    fours = 0
+                    y = bottom
+            position += step
+        while position < end:
+            across = int(image[position + right]) - int(image[position + left])
+            down = int(image[position + below]) - int(image[position])
+            if across * across + down * down > threshold2:
+                positions[listed] = position + row_reach
                 listed += 1
                 if listed >= capacity:
                     end = 0
                     y = bottom
             position += step
-        left = both_lefts - left
+        begin = both_begins - begin
         y += rows
     return listed
 
@@ -213,16 +268,16 @@ def thin_line_edges(
         position -= 32768
         dark = int(image[position + int(probes[probe + 1])])
         a = int(image[position + int(probes[probe])]) - dark
-        b = 256
-        if a + a > threshold:
-            b = int(image[position + int(probes[probe + 2])]) - dark
+        b = 0
+        if a + a > threshold and a * 3 >= int(image[position + int(probes[probe + 2])]) - dark:
+            b = 1
         position += 32768
-        if b < 256 and least2 > 0:
+        if b and least2:
             gx = int(image[position + reach]) - int(image[position - reach])
             gy = int(image[position + row_reach]) - int(image[position - row_reach])
             if gx * gx + gy * gy <= least2:
-                b = 256
-        if b < 256 and a * 3 >= b:
+                b = 0
+        if b:
             edges[listed] = int(edges[kept])
             edges[kept] = position | (slot << 20)
             kept += 1

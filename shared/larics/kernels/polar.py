@@ -191,7 +191,7 @@ def mean_samples(
 
 @micropython.viper
 def sector_radii(
-    position: int, i: int, profile: ptr16, samples: ptr16, scan: ptr32, templates: ptr16, sums: ptr32,
+    position: int, product: int, profile: ptr16, samples: ptr16, scan: ptr32, templates: ptr16, sums: ptr32,
     least_match: int, shifts: ptr32, sector: int, hop: int, whole: int,
 ) -> int:  # fmt: skip
     """The outer radius where the template of both rings correlates best, in every hop-th of 32 sectors.

@@ -195,7 +195,7 @@ def find_windows(
             above[x] = joined
             joined = before | here
             before = here
-            if joined > 16383:
+            if joined >> 14:
                 joined = int(ones[joined & 255]) + int(ones[(joined >> 8) & 255]) + int(ones[joined >> 16])
                 if joined >= least:
                     windows[listed] = joined
