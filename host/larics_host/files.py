@@ -34,6 +34,7 @@ _MARKS = (  # UTF-32 first: its mark begins with that of UTF-16
 )
 _CONTROLS = re.compile("[\x01-\x08\x0b\x0e-\x1f]")  # no text has them; zeros are told apart
 _MOST_NESTING = 32
+_CURLY = "'\u2018\u2019\u201c\u201d`"  # quotes of other languages than JSON
 _SEAL = re.compile(r"\n#crc ([0-9a-f]{8})\s*\Z")  # as firmware/atomic_file.py writes it
 _PROGRESS_LINES = 4096
 
@@ -124,19 +125,36 @@ def _depth(value):
     return depth
 
 
-def parse_json(text: str) -> Any:
-    """The value of a JSON text; ValueError, in words for a person, where it is none or is nested absurdly."""
+def _no_json(error):
+    """What is wrong with a text that is no JSON, for a person, of the decoder's error."""
+    if not error.doc.strip():
+        return "it is empty"
+    before, rest = error.doc[: error.pos].rstrip(), error.doc[error.pos :].lstrip()
+    if not rest or error.msg.startswith("Unterminated string"):
+        return "it ends in the middle, as if cut off"
+    what = error.msg
+    if rest.startswith(("//", "/*", "#")):
+        what = "JSON has no comments: take out that"
+    elif rest[0] in "}]" and before.endswith(","):
+        what = "nothing follows the comma"
+    elif rest[0] in _CURLY:
+        what = 'names and texts stand in straight double quotes, "", not in %s' % rest[0]
+    return "%s in line %d" % (what, error.lineno)
+
+
+def parse_json(text: str, pairs: Callable[[list[tuple[str, Any]]], Any] | None = None) -> Any:
+    """The value of a JSON text; ValueError, in words for a person, where it is none or is nested absurdly.
+
+    pairs: makes the value of each table, as json.loads takes it."""
     too_deep = "it is nested more than %d levels deep" % _MOST_NESTING
     try:
-        value = json.loads(text)
+        value = json.loads(text, object_pairs_hook=pairs)
     except RecursionError:
         raise ValueError(too_deep) from None
     except json.JSONDecodeError as error:
-        if not text.strip():
-            raise ValueError("it is empty") from None
-        if not text[error.pos :].strip():
-            raise ValueError("it ends in the middle, as if cut off") from None
-        raise ValueError("%s in line %d" % (error.msg, error.lineno)) from None
+        raise ValueError(_no_json(error)) from None
+    except ValueError:  # Python's limit, which its text explains for programmers
+        raise ValueError("a number in it has thousands of digits") from None
     if text.count("[") + text.count("{") > _MOST_NESTING and _depth(value) > _MOST_NESTING:
         raise ValueError(too_deep)
     return value
@@ -144,8 +162,15 @@ def parse_json(text: str) -> Any:
 
 def read_json(path: StrPath) -> Any:
     """What a JSON file holds, also one as a camera keeps it, with the line of its checksum. UserError when it
-    cannot be read or is none."""
+    cannot be read, is none, or gives a name two values."""
     text = read_text(path)
+    twice: list[str] = []
+
+    def table(pairs):
+        names = [name for name, _ in pairs]
+        twice.extend(name for name in names if names.count(name) > 1)
+        return dict(pairs)
+
     sealed = _SEAL.search(text)
     if sealed:
         text = text[: sealed.start()]
@@ -155,9 +180,12 @@ def read_json(path: StrPath) -> Any:
                 "read as it is" % path
             )
     try:
-        return parse_json(text)
+        value = parse_json(text, table)
     except ValueError as error:
         raise UserError("%s is no JSON file: %s" % (path, error)) from None
+    if twice:
+        raise UserError("%s gives %s twice: take one of them out" % (path, twice[0]))
+    return value
 
 
 class CannotWrite(UserError):

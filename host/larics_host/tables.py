@@ -27,6 +27,18 @@ def _cells(line, separator):
     return [cell.strip() for cell in next(csv.reader([line.rstrip("\r\n")], delimiter=separator), [])]
 
 
+def whole(text: str) -> int:
+    """The whole number that a cell holds, also as 3.0, as programs write columns in which cells are empty.
+    ValueError for anything else."""
+    try:
+        return int(text)
+    except ValueError:
+        number = float(text)
+    if not number.is_integer():
+        raise ValueError("%s is no whole number" % text)
+    return int(number)
+
+
 def _column(name):
     return "_".join(name.lower().split())
 
@@ -87,7 +99,9 @@ def layout_of(
 
     UserError when a `required` column is missing; what: "a survey", for its text."""
     separator = None
+    is_empty = True
     for _, line in lines:
+        is_empty = False
         if not line.strip("\r\n \t,;|"):
             continue
         if match := re.fullmatch(r'"?sep=(.)"?\s*', line):  # as Excel takes it
@@ -108,6 +122,8 @@ def layout_of(
         if twice:
             raise UserError("%s has the column %s twice" % (path, twice[0]))
         return layout
+    if is_empty:
+        raise UserError("%s is empty" % path)
     raise UserError("%s is not %s: there is no line that names the columns" % (path, what))
 
 

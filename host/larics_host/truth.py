@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from larics_host.addresses import is_address, list_remote
 from larics_host.errors import UserError
 from larics_host.files import GrowingFile
-from larics_host.tables import read_rows
+from larics_host.tables import read_rows, whole
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -111,7 +111,7 @@ def _value(name, text):
         return "" if name == "frame" else None
     if name == "frame":
         return text
-    value = int(text) if name in ("time_us", "id") else float(text)
+    value = whole(text) if name in ("time_us", "id") else float(text)
     if not math.isfinite(value):
         raise ValueError
     return value

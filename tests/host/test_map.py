@@ -1,5 +1,6 @@
 """`larics map`: files, checks, pictures, and maps built from logs against the truth."""
 
+import itertools
 import json
 import math
 
@@ -210,6 +211,9 @@ def test_a_map_goes_to_a_real_firmware(tmp_path, capsys):
         (["check", "list.json"], "it has no list of markers"),
         (["check", "old.json"], "map of version 7, this is version 1"),
         (["check", "odd.json"], "odd.json, marker 1: x_mm is [], not a number"),
+        (["check", "huge.json"], "huge.json, marker 1: x_mm is 1000"),
+        (["check", "rout.json"], "rout.json: unknown rout; a map has version, markers and route"),
+        (["check", "word.json"], 'word.json is a map of version "1", this is version 1'),
         (["check", "text.json"], 'text.json, marker 1: id is the text "5": write a number, without quotes'),
         (["build", "text.json", "-o", "x.json"], "text.json line 1 is not from larics log"),
         (["build", "note.txt", "-o", "x.json"], "note.txt holds no message, 6 bytes: text (hello)"),
@@ -218,7 +222,7 @@ def test_a_map_goes_to_a_real_firmware(tmp_path, capsys):
         (["create", "x.json", "--marker", "1,2"], "--marker 1,2: give ID,X,Y,DEG, such as 3,0,1500,90"),
         (["create", "x.json", "--marker", "1,2,nan,0"], "--marker 1,2,nan,0: y_mm is 'nan', not a number"),
         (["create", "x.json", "--marker", "1.5,2,3,0"], "id is '1.5', not a whole number"),
-        (["create", "x.json", "--marker", "65535,2,3,0"], "map[0] = [65535"),
+        (["create", "x.json", "--marker", "65535,2,3,0"], "id is 65535: 0 to 65534 are allowed"),
         (["create", "x.json", "--marker", "1,2,3,0", "--route", "a"], "--route a is no list"),
         (["build", "none.jsonl", "-o", "x.json"], "cannot read none.jsonl"),
         (["build", "lonely.jsonl", "-o", "x.json"], "no two markers were seen in one frame"),
@@ -239,6 +243,9 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
         ("text", {"version": 1, "markers": [dict(one, id="5")]}),
         ("short", {"version": 1, "markers": [one, {"id": 2, "x_mm": 1, "y_mm": 2}]}),
         ("empty", {"version": 1, "markers": []}),
+        ("huge", {"version": 1, "markers": [dict(one, x_mm=10**400)]}),
+        ("rout", {"version": 1, "markers": [one], "rout": [1]}),
+        ("word", {"version": "1", "markers": [one]}),
     ):
         (tmp_path / (name + ".json")).write_text(json.dumps(data))
     (tmp_path / "broken.json").write_text("{")
@@ -250,3 +257,36 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     assert larics_map(*argv) == 2
     err = capsys.readouterr().err
     assert err.startswith("larics: ") and part in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "places, is_told, problems",
+    [
+        ([(0, 0), (1.5, 0), (1.5, 30)], True, 1),
+        ([(0, 0), (150, 0), (150, 30)], True, 1),
+        ([(0, 0), (150, 0), (0, 30), (900, 0)], False, 3),  # some have been measured wrongly
+        ([(0, 0), (0, 0)], False, 1),
+        ([(0, 0)], False, 0),
+    ],
+)
+def test_places_in_metres_are_one_problem_that_names_them(tmp_path, capsys, places, is_told, problems):
+    path = tmp_path / "hall.json"
+    words = [["--marker", "%d,%g,%g,0" % (number, *place)] for number, place in enumerate(places, 1)]
+    larics_map("create", path, *itertools.chain(*words))
+    out = capsys.readouterr().out
+    assert ("are the places in metres?" in out) == is_told
+    assert out.count("problem") == problems
+
+
+def test_sizes_in_metres_are_doubted(tmp_path, capsys):
+    path = tmp_path / "hall.json"
+    assert larics_map("create", path, "--marker", "3,0,0,0,2.75,0.15", "--marker", "5,2000,0,0,2750,150") == 0
+    out = capsys.readouterr().out
+    assert "doubt: marker 3: height_mm is 2.75: is it in metres?" in out
+    assert "doubt: marker 3: radius_mm is 0.15: is it in metres?" in out and "marker 5" not in out
+
+
+def test_a_map_without_a_marker_is_a_problem(tmp_path, capsys):
+    (tmp_path / "hall.json").write_text('{"version": 1, "markers": [], "route": [3, 5]}')
+    assert larics_map("check", tmp_path / "hall.json") == 1
+    assert capsys.readouterr().out == "problem: there is no marker in the map\n"

@@ -184,6 +184,12 @@ def test_values_that_cannot_be(name, text):
         (["check", "broken.json"], "broken.json is no JSON file"),
         (["check", "list.json"], "list.json is no table"),
         (["check", "odd.json"], "odd.json: there is no setting hue"),
+        (["check", "near.json"], "near.json: there is no setting ceiling_mm; is ceiling_mm10 meant?"),
+        (["check", "quoted.json"], 'ceiling_mm10 is the text "25000": write it without quotes, 0..300000'),
+        (["check", "point.json"], "ceiling_mm10 is 25000.0: give a whole number, 0..300000"),
+        (["check", "null.json"], "ceiling_mm10 is null: give a whole number"),
+        (["check", "true.json"], "ceiling_mm10 is true: give a whole number"),
+        (["check", "word.json"], 'version is the text "1": write it without quotes'),
         (["check", "conflict.json"], "conflict.json: radius_min_px = 70 is not below"),
         (["nonsense"], "nonsense"),
     ],
@@ -194,6 +200,10 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     (tmp_path / "list.json").write_text("[1]")
     (tmp_path / "odd.json").write_text('{"hue": 1}')
     (tmp_path / "conflict.json").write_text('{"radius_min_px": 70}')
+    (tmp_path / "near.json").write_text('{"ceiling_mm": 2500}')
+    (tmp_path / "word.json").write_text('{"version": "1"}')
+    for name, value in (("quoted", '"25000"'), ("point", "25000.0"), ("null", "null"), ("true", "true")):
+        (tmp_path / (name + ".json")).write_text('{"ceiling_mm10": %s}' % value)
     code, _, err = settings(capsys, *argv)
     assert code == 2 and err.startswith("larics: ") and part in err and err.count("\n") == 1
 

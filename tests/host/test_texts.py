@@ -9,7 +9,8 @@ from larics.wire import messages as m
 from larics_host import cli, files
 from larics_host.connection.receiver import Receiver
 from larics_host.connection.records import Marker, known
-from larics_host.errors import UserError
+from larics_host.errors import UserError, begin_run
+from larics_host.logs.columns import read_columns
 from larics_host.logs.log_reader import read_objects, read_pieces
 from larics_host.mapping.mapfile import read_csv
 from larics_host.truth import COLUMNS, read_truth
@@ -73,7 +74,11 @@ def test_tables_of_all_spreadsheets_are_read(tmp_path, text):
 @pytest.mark.parametrize(
     "data, part",
     [
-        (b"", "there is no line that names the columns"),
+        (b"", "is empty"),
+        (b"\n\n", "there is no line that names the columns"),
+        (b"id,x_mm,y_mm,heading_deg\n-3,0,0,0\n", "line 2: id is -3: 0 to 65534 are allowed"),
+        (b"id,x_mm,y_mm,heading_deg\n3,0,2e7,0\n", "y_mm is 2e+07: -10000000 to 10000000 are allowed"),
+        (b"id,x_mm,y_mm,heading_deg,sigma_mm\n3,0,0,0,-1\n", "sigma_mm is -1: 0 to 1000 are allowed"),
         (b"3,0,0,0\n", "its first line has to name the columns id,x_mm,y_mm,heading_deg"),
         (b"id,x_mm,y_mm\n3,0,0\n", "column heading_deg is missing"),
         (b"id,x_mm,x_mm,y_mm,heading_deg\n", "has the column x_mm twice"),
@@ -105,6 +110,16 @@ def test_a_table_that_cannot_be_read_has_its_cause_named(tmp_path, data, part):
         (b'{"a": [1, 2', "it ends in the middle, as if cut off"),
         (b'{"a": 1}\n{"b": 2}', "Extra data in line 2"),
         (b"{a: 1}", "in line 1"),
+        (b'{\n"a": 1, "b": 2,\n}', "nothing follows the comma in line 3"),
+        (b"[1,\n]", "nothing follows the comma in line 2"),
+        (b'{// height\n"a": 1}', "JSON has no comments: take out that in line 1"),
+        (b'{"a": 1 /* mm */}', "JSON has no comments"),
+        (b'# mine\n{"a": 1}', "JSON has no comments"),
+        (b"{'a': 1}", 'straight double quotes, "", not in \' in line 1'),
+        ("{\u201ca\u201d: 1}".encode(), "straight double quotes"),
+        (b'{"a": 1, "ce', "it ends in the middle, as if cut off"),
+        (b'{"a": ' + b"9" * 5000 + b"}", "a number in it has thousands of digits"),
+        (b'{"a": 1, "b": [{"c": 2, "d": 3, "c": 4}]}', "gives c twice: take one of them out"),
         (b"[" * 40 + b"]" * 40, "it is nested more than 32 levels deep"),
         (b"[" * 100000, "it is nested more than 32 levels deep"),
         (b'{"a": 1}' + bytes(40), "holds zero bytes"),
@@ -177,6 +192,64 @@ def test_a_log_from_a_spreadsheet_is_read(log):
     assert list(read_pieces(path)) == pieces
 
 
+def test_whole_numbers_are_read_as_pandas_writes_them(log, tmp_path):
+    path = log.with_suffix(".csv")
+    pieces = list(read_pieces(path))
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    floats = [[row[0], *(cell and cell + ".0" for cell in row[1:])] for row in rows[1:]]
+    path.write_text("".join(",".join(row) + "\n" for row in [rows[0], *floats]))
+    assert list(read_pieces(path)) == pieces
+    truth = dict.fromkeys(COLUMNS, "") | {"frame": "a.pgm", "time_us": "1000.0", "id": "3.0"}
+    (tmp_path / "truth.csv").write_text("%s\n%s\n" % (",".join(truth), ",".join(truth.values())))
+    (one,) = read_truth(tmp_path)
+    assert (one.id, one.time_us) == (3, 1000)
+    (tmp_path / "truth.csv").write_text(
+        "%s\n%s\n" % (",".join(truth), ",".join((truth | {"id": "3.5"}).values()))
+    )
+    with pytest.raises(UserError, match="line 2: a cell is not a number"):
+        read_truth(tmp_path)
+
+
+@pytest.mark.parametrize("number", ["1" + 400 * "0", "1e999", "NaN", "true", '"7"', "[7]", "7.5"])
+@pytest.mark.parametrize("key", ["time_s", "sequence", "frame"])
+def test_numbers_that_no_log_can_hold_cost_their_line_alone(log, tmp_path, capsys, key, number):
+    path = log.with_suffix(".jsonl")
+    whole = list(read_pieces(path))
+    lines = path.read_text().splitlines()
+    record = json.loads(lines[5])
+    assert record["message"] == "MARKER"
+    marked = json.dumps({**record, key: "here"})
+    path.write_text("\n".join([*lines[:5], marked.replace('"here"', number), *lines[6:], ""]))
+    is_time = key == "time_s" and number in ("true", "7.5")
+    left = whole if is_time else whole[:5] + whole[6:]
+    assert [piece.data for piece in read_pieces(path)] == [piece.data for piece in left]
+    assert capsys.readouterr().err.count("\n") == (not is_time)
+    # the readers of many logs and of long ones
+    columns = read_columns(path, ["MARKER"])["MARKER"]
+    received = Receiver().feed(b"".join(piece.data for piece in left), 0.0)
+    assert len(columns) == sum(message.name == "MARKER" for message in received)
+    assert cli.main(["fleet", str(path), "-o", str(tmp_path / "tables")]) == 0
+    assert cli.main(["monitor", "--input", str(path), "--speed", "1000"]) == 0
+
+
+def test_a_log_with_nothing_but_a_line_cut_off_is_told_as_such(log, capsys):
+    path = log.with_suffix(".csv")
+    header, row, *_ = path.read_text().splitlines(keepends=True)
+    path.write_text(header + row[:20])
+    assert cli.main(["replay", str(path), "--stdout", "--fast"]) == 2
+    assert capsys.readouterr().err == "larics: %s line 2 is cut off\n" % path
+    path.write_text("")
+    assert cli.main(["replay", str(path), "--stdout", "--fast"]) == 2
+    assert capsys.readouterr().err == "larics: %s is empty\n" % path
+
+
+def test_damage_is_told_once_however_often_a_log_is_read(log, tmp_path, capsys):
+    path = log.with_suffix(".jsonl")
+    path.write_text(path.read_text()[:-20])
+    assert cli.main(["log", "--convert", str(path), "-o", str(tmp_path / "again")]) == 0
+    assert capsys.readouterr().err.count("is cut off; the rest is read") == 1
+
+
 def spoiled(data, how, place):
     """The bytes of a log as a crash leaves them."""
     if how == "cut":
@@ -199,6 +272,7 @@ def test_a_damaged_log_is_read_around_its_damage(log, capsys, suffix, how):
     first = data.index(b"\n", header) + 1
     draw = random.Random(1)
     for place in [first + 1, len(data) - 1] + [draw.randrange(first, len(data)) for _ in range(40)]:
+        begin_run()
         path.write_bytes(spoiled(data, how, place))
         read = list(read_pieces(path))
         err = capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -169,11 +170,32 @@ def parse_changes(words: Iterable[str]) -> dict[str, Any]:
     return changes
 
 
+def _misfit(name, value):
+    """Why a name or a value of a file cannot be, where another reason than the table's own is nearer."""
+    field = setting_rules.field(name)
+    if field is None and name != "version":
+        near = difflib.get_close_matches(name, [entry.name for entry in setting_rules.FIELDS], 1)
+        hint = "; is %s meant?" % near[0] if near else "; larics settings show lists them"
+        return "there is no setting %s%s" % (name, hint)
+    if field is not None and field.kind not in ("int", "bool"):
+        return None
+    allowed = "1" if field is None else field.range_text()
+    if isinstance(value, str):
+        return "%s is the text %s: write it without quotes, %s" % (name, json.dumps(value), allowed)
+    if value is None or (isinstance(value, (bool, float)) and getattr(field, "kind", "") != "bool"):
+        return "%s is %s: give a whole number, %s" % (name, json.dumps(value), allowed)
+    return None
+
+
 def read_file(path: StrPath) -> dict[str, Any]:
     """{name: value} of the settings in a JSON file, the version left out; the values are those allowed."""
     values = files.read_json(path)
     if not isinstance(values, dict):
         raise UserError("%s is no table of names and values" % path)
+    for name, value in values.items():
+        reason = _misfit(name, value)
+        if reason:
+            raise UserError("%s: %s" % (path, reason))
     try:
         checked(values)
     except UserError as error:

@@ -43,6 +43,8 @@ def values_of(number: int, fields: dict[str, Any]) -> list[Any]:
         if code.endswith("s"):
             data = value.encode("latin-1") if field in codes.TEXT_FIELDS else bytes.fromhex(value)
             value = data.ljust(int(code[:-1]), b"\0")
+        elif type(value) is not int:
+            raise TypeError("%s = %r is no whole number" % (field, value))
         values.append(value)
     return values
 

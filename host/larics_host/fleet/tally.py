@@ -20,7 +20,7 @@ from larics_host.errors import UserError, withheld
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, lines, local_copy
 from larics_host.fleet.track import Landmark, Off, Track
-from larics_host.logs.log_reader import possible_time, read_pieces
+from larics_host.logs.log_reader import possible_sequence, possible_time, read_pieces
 from larics_host.wording import counted
 
 _HEAD = re.compile(
@@ -308,7 +308,7 @@ def _read_lines(reader, block):
             continue
         try:
             _read_line(reader, line)
-        except (ValueError, KeyError, TypeError, RecursionError):
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
             tally.damaged += 1
 
 
@@ -319,7 +319,7 @@ def _read_line(reader, line):
         fields = json.loads(line)  # written by other hands
         name, date = fields["message"], fields.get("time") or NO_DATE
         time_s = possible_time(fields["time_s"] + 0.0)
-        reader.message(time_s, date, name, fields["sequence"] + 0, fields)
+        reader.message(time_s, date, name, possible_sequence(fields["sequence"]), fields)
         return
     time, date, name, sequence = head.groups()
     fields = json.loads(line) if name in _WANTED else None

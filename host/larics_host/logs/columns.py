@@ -80,7 +80,7 @@ def _of_records(path, names, progress):
         try:
             rows = waiting[name]
             rows.append((*_in_range(name, values_of(_NUMBERS[name], record)), order))
-        except (KeyError, ValueError, TypeError) as error:
+        except (KeyError, ValueError, TypeError, OverflowError) as error:
             damage.bad(order + 1, "is no message: %s" % error)
             continue
         damage.good()

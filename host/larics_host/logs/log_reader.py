@@ -18,12 +18,12 @@ from larics.wire.codec import Encoder
 from larics_host import files
 from larics_host.connection.line_watch import LineWatch
 from larics_host.connection.receiver import Receiver, wire_bytes
-from larics_host.errors import UserError, missing_package, report
+from larics_host.errors import UserError, missing_package, report, report_once
 from larics_host.logs.log_writer import MARKER_COLUMNS
 from larics_host.ros.cdr import decode
 from larics_host.ros.definitions import parse_definition
 from larics_host.ros.wire_types import from_ros, name_of, type_of
-from larics_host.tables import layout_of
+from larics_host.tables import layout_of, whole
 from larics_host.wording import counted
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 
 _PIECE = 65536
+_SEQUENCE_MOST = 0xFFFF
 _LONGEST_S = 1e9  # thirty years; no log is longer
 _LONGEST_SLEEP_S = 1e6  # the operating system takes no more than some hundred years
 
@@ -72,7 +73,8 @@ class Damage:
         if not self._good:
             raise UserError("%s %s" % (self._path, self._first))
         rest = ", and %s more" % counted(self._bad - 1, self._unit) if self._bad > 1 else ""
-        report("%s is damaged: %s%s; the rest is read" % (self._path, self._first, rest))
+        text = "%s is damaged: %s%s; the rest is read" % (self._path, self._first, rest)
+        report_once(text, text)  # a log is read twice, or for ever
 
 
 _NONE = "is not from larics log"
@@ -97,6 +99,13 @@ def possible_time(time_s: float) -> float:
     return time_s
 
 
+def possible_sequence(sequence: Any) -> int:
+    """The sequence number of a message as it is; ValueError for what is none."""
+    if type(sequence) is not int or not 0 <= sequence <= _SEQUENCE_MOST:
+        raise ValueError("sequence = %r" % (sequence,))
+    return sequence
+
+
 def read_objects(
     path: StrPath, progress: Callable[[int], object] = files.unwatched
 ) -> Iterator[dict[str, Any]]:
@@ -107,8 +116,12 @@ def read_objects(
             continue
         try:
             record = files.parse_json(_sound(line))
-            _ = record["message"] + "", record["sequence"] + 0, possible_time(record["time_s"] + 0.0)
-        except (ValueError, KeyError, TypeError):
+            _ = (
+                record["message"] + "",
+                possible_sequence(record["sequence"]),
+                possible_time(record["time_s"] + 0.0),
+            )
+        except (ValueError, KeyError, TypeError, OverflowError):
             damage.bad(number, _NONE, _cut(line))
             continue
         damage.good()
@@ -194,10 +207,11 @@ def _records_of_csv(path, progress):
                 continue
             if _cut(line):
                 raise ValueError  # its last number may be
-            record = {name: int(row[name]) if row.get(name) else None for name in columns[1:]}
+            record = {name: whole(row[name]) if row.get(name) else None for name in columns[1:]}
             record["time_s"] = possible_time(float(row["time_s"]))
+            possible_sequence(record["sequence"])
         except (ValueError, KeyError):
-            damage.bad(number, _NONE, _cut(line))
+            damage.bad(number, "is cut off" if _cut(line) else _NONE)
             continue
         damage.good()
         yield {**record, "message": "MARKER"}
@@ -282,7 +296,7 @@ def _pieces_of_records(path, records):
         try:
             data = wire_bytes(encoder, record["message"], record["sequence"], record)
             time_s = possible_time(float(record["time_s"]))
-        except (KeyError, ValueError, TypeError) as error:
+        except (KeyError, ValueError, TypeError, OverflowError) as error:
             damage.bad(number, "is no message: %s" % error)
             continue
         damage.good()

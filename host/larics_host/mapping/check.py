@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 _TOLERANCE_MM = 30.0
 _ALIGNED_DEG = 1.0  # by which few are off where all are meant to be 0, and few radians are
 _AROUND = 4.0  # radians
+_HALL_M = 200.0  # no hall is longer, and no two markers hang so near to each other, in mm
+_LEAST_MM = (("height_mm", 50.0), ("radius_mm", 5.0))  # metres, where it is less
 
 
 def problems(
@@ -36,7 +38,7 @@ def problems(
     settings = settings or setting_rules.Settings()
     rules = (settings.allowed_ids, settings.outer_mm10, settings.camera_z_mm10)
     rows = hall.rows()
-    found = []
+    found = [] if rows else ["there is no marker in the map"]
     most = setting_rules.field("map").length
     if len(rows) > most:
         found.append("%d markers are more than the %d that a camera holds" % (len(rows), most))
@@ -46,15 +48,29 @@ def problems(
     alone = [map_reason([row], *rules) for row in rows]
     found += [reason for reason in alone if reason]
     sound = [row for row, reason in zip(rows, alone, strict=True) if not reason]
-    for index, row in enumerate(sound):
-        for other in sound[:index]:
-            reason = map_reason([other, row], *rules)
-            if reason:
-                found.append("%s (at %d, %d and %d, %d mm)" % (reason, *other[1:3], *row[1:3]))
+    overlaps = [
+        "%s (at %d, %d and %d, %d mm)" % (reason, *other[1:3], *row[1:3])
+        for index, row in enumerate(sound)
+        for other in sound[:index]
+        if (reason := map_reason([other, row], *rules))
+    ]
+    pairs = len(sound) * (len(sound) - 1) // 2
+    found += (list(_metres(hall)) if len(overlaps) == pairs else []) or overlaps
     found += _radians(hall)
     found += _far_apart(rows, reach_mm)
     found += _wrong_distances(rows, distances)
     return found or _bad_route(hall.route, rows, rules, reach_mm)
+
+
+def _metres(hall):
+    """Places that only make sense as metres, of markers that all overlap."""
+    spans = [
+        max(places) - min(places)
+        for places in ([one.x_mm for one in hall.markers], [one.y_mm for one in hall.markers])
+        if places
+    ]
+    if 0 < max(spans, default=0) < _HALL_M:
+        yield "all markers lie within %.4g x %.4g mm: are the places in metres?" % tuple(spans)
 
 
 def _turned(hall):
@@ -77,6 +93,18 @@ def _radians(hall):
 
 def doubts(hall: Map) -> list[str]:
     """What a map may be, but seldom is; for maps that were written by hand, one line each."""
+    return [*_sizes_in_metres(hall), *_perhaps_radians(hall)]
+
+
+def _sizes_in_metres(hall):
+    for name, least in _LEAST_MM:
+        small = [one for one in hall.markers if 0 < (getattr(one, name) or 0) < least]
+        if small:
+            told = small[0].id, name, getattr(small[0], name)
+            yield "marker %d: %s is %g: is it in metres?" % told
+
+
+def _perhaps_radians(hall):
     turned = _turned(hall)
     aligned = sum(abs((marker.heading_deg + 180) % 360 - 180) < _ALIGNED_DEG for marker in hall.markers)
     if list(_radians(hall)) or not turned or 2 * aligned >= len(hall.markers):

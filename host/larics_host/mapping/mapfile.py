@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 VERSION = 1
 _FIELDS = ("id", "x_mm", "y_mm", "heading_deg", "height_mm", "radius_mm", "sigma_mm", "sigma_deg")
 _REQUIRED = _FIELDS[:4]
+_PER_UNIT = (1, 1, 1, 100, 10, 10, 10, 100)  # of the columns of the setting `map`
 _HEADING_MOST_DEG = 720.0  # more is no angle that somebody measured
 
 
@@ -92,10 +93,10 @@ def _marker(values, where, as_texts=False):
             raise UserError(text % (where, name, json.dumps(value)))
         try:
             numbers[name] = float(value)
-        except (TypeError, ValueError):
-            raise UserError("%s: %s is %r, not a number" % (where, name, value)) from None
+        except (TypeError, ValueError, OverflowError):
+            raise UserError("%s: %s is %.60r, not a number" % (where, name, value)) from None
         if isinstance(value, bool) or not math.isfinite(numbers[name]):
-            raise UserError("%s: %s is %r, not a number" % (where, name, value))
+            raise UserError("%s: %s is %.60r, not a number" % (where, name, value))
     if numbers["id"] != int(numbers["id"]):
         raise UserError("%s: id is %r, not a whole number" % (where, values["id"]))
     if abs(numbers["heading_deg"]) > _HEADING_MOST_DEG:
@@ -104,9 +105,13 @@ def _marker(values, where, as_texts=False):
     numbers["heading_deg"] %= 360
     numbers["id"] = int(numbers["id"])
     marker = Marker(**numbers)
-    reason = setting_rules.field("map").reason([marker.row()])
-    if reason:
-        raise UserError("%s: %s" % (where, reason))
+    row = marker.row()
+    for name, number, (_, low, high), per_unit in zip(
+        _FIELDS, row, setting_rules.field("map").columns, _PER_UNIT, strict=True
+    ):
+        if not low <= number <= high:
+            ends = low // per_unit, high // per_unit
+            raise UserError("%s: %s is %g: %d to %d are allowed" % (where, name, numbers[name], *ends))
     return marker
 
 
@@ -144,9 +149,11 @@ def read_map(path: StrPath) -> Map:
     if not isinstance(data, dict) or not isinstance(data.get("markers"), list):
         raise UserError("%s is no map: it has no list of markers" % path)
     if data.get("version") != VERSION:
-        raise UserError(
-            "%s is a map of version %s, this is version %d" % (path, data.get("version"), VERSION)
-        )
+        told = json.dumps(data.get("version"))
+        raise UserError("%s is a map of version %s, this is version %d" % (path, told, VERSION))
+    unknown = [name for name in data if name not in ("version", "markers", "route")]
+    if unknown:
+        raise UserError("%s: unknown %s; a map has version, markers and route" % (path, unknown[0]))
     markers = []
     for number, values in enumerate(data["markers"], 1):
         where = "%s, marker %d" % (path, number)

@@ -90,6 +90,9 @@ class Session:
             at_end = isinstance(error, NoAnswer) and not self.live
             self.failed = not at_end
             self.ended = "the log is at its end" if at_end else str(error)
+        except BaseException as error:  # a fault of this program: nobody may wait for what does not come
+            self.failed, self.ended = True, "reading failed: %r" % error
+            raise
 
     def _ask(self):
         """Who the camera is, and its map; without an answer they stay unknown."""
