@@ -110,14 +110,17 @@ class Localizer:
         if self.state == COASTING:
             self._coast(passed_us // 100)
         elif self.state == CARRIED:
-            self._take_carried()
+            self._expect_carried()
         used = 0
         if count:
             used = self._match(measurements, count, time_us, passed_us)
-        if not used and self.state == COASTING:
-            guess = self._guess
-            self.x_mm10, self.y_mm10 = guess[0], guess[1]
-            self.heading_cdeg = guess[2] % 36000
+        if used == 0:
+            if self.state == CARRIED:
+                self._tell_carried()
+            elif self.state == COASTING:
+                guess = self._guess
+                self.x_mm10, self.y_mm10 = guess[0], guess[1]
+                self.heading_cdeg = guess[2] % 36000
         self.fault = self.matching.fault
         return self.state
 
@@ -153,19 +156,22 @@ class Localizer:
             self._lose()
         return False
 
-    def _take_carried(self):
-        """The pose that odometry tells becomes the prediction, and the pose unless a marker says better.
+    def _expect_carried(self):
+        """The pose that odometry tells becomes the prediction.
 
         Nothing that the odometry did not see has moved the vehicle."""
         guess, carrier = self._guess, self.carrier
-        guess[0] = self.x_mm10 = carrier.x_mm10
-        guess[1] = self.y_mm10 = carrier.y_mm10
-        guess[2] = self.heading_cdeg = carrier.heading_cdeg
-        self._tell_carried()
-        self._gate.open_for_way(self.sigma_mm10, self.sigma_cdeg, carrier.way_mm)
+        guess[0], guess[1] = carrier.x_mm10, carrier.y_mm10
+        guess[2] = carrier.heading_cdeg
+        self._gate.open_for_way(
+            max(carrier.sigma_x_mm10, carrier.sigma_y_mm10), carrier.sigma_cdeg, carrier.way_mm
+        )
 
     def _tell_carried(self):
+        """No marker says better: it is the pose."""
         carrier = self.carrier
+        self.x_mm10, self.y_mm10 = carrier.x_mm10, carrier.y_mm10
+        self.heading_cdeg = carrier.heading_cdeg
         self.sigma_x_mm10, self.sigma_y_mm10 = carrier.sigma_x_mm10, carrier.sigma_y_mm10
         self.sigma_mm10 = max(carrier.sigma_x_mm10, carrier.sigma_y_mm10)
         self.sigma_cdeg, self.correlation_q14 = carrier.sigma_cdeg, carrier.correlation_q14

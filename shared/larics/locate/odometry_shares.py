@@ -168,7 +168,7 @@ class OdometryShares:
             window_mm10 = _LEAST_MM10
             if fix.entry == self._entry:
                 window_mm10 = _NEAR_MM10 if near else _WINDOW_MM10
-                if max(self._driven, abs(dx), abs(dy)) < window_mm10 >> 1:
+                if self._driven < window_mm10 and abs(dx) + abs(dy) < window_mm10:
                     if abs(self._turned) < _TURN_CDEG:
                         return False  # as nearly always
             distance = length(dx, dy)
