@@ -39,6 +39,7 @@ _NOT_TO_DETECT = (
     "crc",
     "stream",
     "odometry",
+    "rolling",
     "grey",
     "raw",
     "paper",
@@ -129,8 +130,10 @@ def _compile_for_cameras():
     from larics.device.raw_frame import RawSender
     from larics.kernels.crc import x25
     from larics.kernels.grey import count_greys
+    from larics.locate.camera_model import Measurement
     from larics.locate.carrier import Carrier
     from larics.locate.odometry import Odometry
+    from larics.locate.rolling import RollingShutter
     from larics.locate.uncertainty import OdometryNoise
 
     frame = bytearray(4096)  # one half can be packed, the other cannot
@@ -147,10 +150,11 @@ def _compile_for_cameras():
     for time_us in (10000, 20000):
         odometry.take(array("i", (time_us, 0, time_us, 0, 0, 0, 0)))
     odometry.at(15000)
-    carrier = Carrier(OdometryNoise())
+    carrier, rolling = Carrier(OdometryNoise()), RollingShutter(25000, 1 << 17)
     for time_us in (10000, 20000):
         odometry.x_mm10 += 5
         carrier.move(odometry, time_us)
+        rolling.follow([Measurement()], 1, time_us, odometry)
 
 
 def is_compiled() -> bool:

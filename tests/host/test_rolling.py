@@ -90,14 +90,29 @@ def test_without_a_motion_that_is_known_nothing_is_changed():
         assert (off(found, measured(camera, locator, pose, motion, 45)) != (0, 0)) == is_changed
 
 
-def test_no_product_leaves_30_bits():
+def changed(x_mm10, heading_cdeg, later_us, offset_mm10=3000):
+    """Whether a motion since a frame before changes a marker so far off."""
+    undo, one = RollingShutter(25000, round(FOCAL_PX * 256)), Measurement()
+    undo.follow([], 0, 0, Told(Pose(0.0, 0.0, 0.0)))
+    one.offset_x_mm10, one.row_q8, one.height_mm10, one.radius_q8 = offset_mm10, 20000, 30000, 8600
+    undo.follow([one], 1, later_us, Told(Pose(x_mm10 / 10, 0.0, heading_cdeg / 100)))
+    return (one.offset_x_mm10, one.heading_cdeg) != (offset_mm10, 0)
+
+
+def test_what_no_vehicle_does_and_markers_far_off_are_left_alone():
+    assert changed(8000, 0, 100000) and not changed(8001, 0, 100000)  # 8 m/s
+    assert changed(-8000, 0, 100000) and not changed(-8001, 0, 100000)
+    assert changed(0, 3000, 100000) and not changed(0, 3001, 100000)  # 300 degrees/s
+    assert changed(0, -3000, 100000) and not changed(0, -3001, 100000)
+    assert changed(80, 0, 999) and not changed(81, 0, 999)  # below a millisecond
+    assert changed(1000, 0, 20000, 30000) and not changed(1000, 0, 20000, 30001)
+    assert not changed(0, 0, 20000)
+
+
+def test_shear_is_within_30_bits():
     for row_ns, above_mm10 in ((200000, 10), (-200000, 3000)):
-        undo = RollingShutter(Small(row_ns), Small(1048575), Small(4500))
-        for speed_mm_s, turn_cdeg_s in ((8000, 30000), (8000, -30000), (-8000, 30000)):
-            for heading_cdeg in (4500, 13500):
-                one = Measurement()
-                one.offset_x_mm10, one.offset_y_mm10 = Small(100000), Small(-100000)
-                one.row_q8, one.radius_q8 = Small(131072), Small(18432)
-                one.heading_cdeg, one.height_mm10 = Small(heading_cdeg), Small(above_mm10)
-                undo.correct(one, Small(speed_mm_s), Small(-speed_mm_s), Small(turn_cdeg_s))
-                assert 0 <= one.heading_cdeg < 36000
+        undo, one = RollingShutter(Small(row_ns), Small(1048575), Small(4500)), Measurement()
+        one.height_mm10 = Small(above_mm10)
+        undo._items[2] = 1
+        undo._correct(one)
+        assert abs(undo._items[6]) == 14325

@@ -260,3 +260,22 @@ CLOCK_ARRIVED_US = const(18)  # the message that is heard
 CLOCK_SENT_US = const(19)
 CLOCK_READ_US = const(20)  # for how long it may have waited to be read
 CLOCK_ITEMS = const(21)
+
+# ROLLING, how a vehicle moves and a rolling shutter exposes, and a marker put right (locate.rolling)
+ROLLING_DX = const(0)  # driven since the frame before, odometry frame, 0.1 mm,
+ROLLING_DY = const(1)
+ROLLING_PASSED_MS = const(2)  # in so long
+ROLLING_TURN = const(3)  # 0.01 degrees/s
+ROLLING_TOLD = const(4)  # the heading in the middle between the frames
+ROLLING_ROW = const(5)  # 16 ns
+ROLLING_SHEAR = const(6)
+ROLLING_DOWN_X = const(7)  # the direction of the rows, Q14
+ROLLING_DOWN_Y = const(8)
+ROLLING_X = const(9)  # of the marker, vehicle frame, 0.1 mm
+ROLLING_Y = const(10)
+ROLLING_HEADING = const(11)  # 0.01 degrees
+ROLLING_LAST_US = const(12)  # of the frame before, and where odometry was
+ROLLING_LAST_X = const(13)
+ROLLING_LAST_Y = const(14)
+ROLLING_LAST_HEADING = const(15)
+ROLLING_ITEMS = const(16)
