@@ -148,8 +148,8 @@ def _compile_for_cameras():
     odometry = Odometry(lambda: 50000)
     odometry.look()
     for time_us in (10000, 20000):
-        odometry.take(array("i", (time_us, 0, time_us, 0, 0, 0, 0)))
-    odometry.at(15000)
+        odometry.take(array("i", (time_us, 0, time_us // 1000, 0, 0, 0, 0)))
+    odometry.at(50000)
     carrier, rolling = Carrier(OdometryNoise()), RollingShutter(25000, 1 << 17)
     for time_us in (10000, 20000):
         odometry.x_mm10 += 5
