@@ -82,6 +82,7 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/wire/nmea.py": ("test_encodings",),
     "shared/larics/coded/cell_reader.py": CELLS,
     "shared/larics/kernels/cells.py": CELLS,
+    "shared/larics/kernels/cell_search.py": CELLS,
     "shared/larics/kernels/cell_words.py": CELLS,
     "shared/larics/kernels/robust.py": FIT,
     "shared/larics/direct/robust_centre.py": ("test_direct_limits", "tests/host/test_robust_centre.py"),

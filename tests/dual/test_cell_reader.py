@@ -4,7 +4,7 @@ from array import array
 
 from larics.arith import fixed
 from larics.coded.cell_reader import PLAIN, UNKNOWN, CellReader
-from larics.kernels import cell_words, layouts
+from larics.kernels import cell_search, cell_words, layouts
 from larics.kernels import cells as cells_kernels
 from larics.marker import golay
 from larics.marker.id_set import id_set
@@ -109,9 +109,9 @@ def test_a_search_that_takes_long_is_ended_with_what_is_known():
     shown = (0, 0, 0, 0, 0, 17, 41, 41, 43, 64, 64, 64, -64, 64, 64, 64, 64, 64, 52, 26, -64, -18, -64, -64)
     weights = array("i", [BIAS + weight for weight in shown] + [0, 0])
     lines = array("i", (BIAS + 64, BIAS - 32, BIAS + 64, 0))
-    rows, found = array("i", bytes(4 * cell_words.SCRATCH)), array("i", bytes(20))
+    rows, found = array("i", bytes(4 * cell_search.SCRATCH)), array("i", bytes(20))
     allowed = id_set(None, True, False)
-    cell_words.likeliest_words(rows, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, found)
+    cell_search.likeliest_words(rows, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, found)
     assert list(found[:3]) == [4021, 18, 180]  # all words of three changes show 210
 
 
@@ -181,7 +181,7 @@ def test_what_leaves_no_doubt_of_a_word():
     ):
         shown = least + [64] * 16
         weights = [BIAS + (shown[cell] if dark >> cell & 1 else -shown[cell]) for cell in range(24)]
-        found = cell_words.certain_word(
+        found = cell_search.certain_word(
             0, 0, array("i", bytes(36)), array("i", weights), fixed.CELL_ROWS, lines, array("i", bytes(20))
         )
         assert found == is_certain, least

@@ -6,7 +6,7 @@ What a cell tells is weighed, the word that contradicts the least is taken, and 
 would contradict so much more. An ID is told by cells and lines together: lines that were read must agree.
 
 On a Cortex-M7 that adds 50,000 to 60,000 instructions to a frame with a marker whose cells leave no doubt,
-about 60,000 more where rivals have to be looked for, which ends after some 100 of them, and nothing to one
+about 45,000 more where rivals have to be looked for, which ends after some 100 of them, and nothing to one
 without a marker.
 """
 
@@ -19,7 +19,7 @@ except ImportError:
     from larics._cpython import const, micropython
 
 from larics.arith.fixed import CELL_AXES, CELL_ROWS, COSINE, LOG_GREY, cos_q14, sin_q14
-from larics.kernels import cell_words
+from larics.kernels import cell_search, cell_words
 from larics.kernels import cells as kernels
 from larics.marker import BITS, ID_COUNT, mirrored_lines
 
@@ -68,7 +68,7 @@ class CellReader:
     """
 
     def __init__(self, width, height, allowed, scratch, mirrored):
-        """allowed: marker.id_set of the IDs that may be told; scratch: array("i") of cells.SCRATCH items
+        """allowed: marker.id_set of the IDs that may be told; scratch: array of cell_search.SCRATCH items
         that nobody needs while a reader decides."""
         self.depths = array("i", bytes(4 * 72))
         self.pose = array("i", bytes(4 * _PLACE_ITEMS))
@@ -108,7 +108,7 @@ class CellReader:
         lines = self._lines_of[lines_id]
         weights = self._weights
         result = self._result
-        if not cell_words.certain_word(0, 0, self._scratch, weights, CELL_ROWS, lines, result):
+        if not cell_search.certain_word(0, 0, self._scratch, weights, CELL_ROWS, lines, result):
             self._search(lines)
         told = cell_words.believed_word(lines_id, 0, is_turned, weights, result)
         self.margin = told >> 12
@@ -134,7 +134,7 @@ class CellReader:
                 side = 1 + bit if self._mirrored else 3 - bit
                 lines[bit] = seen[(turn + side) & 3] + _BIAS
             lines[3] = (24 - 6 * turn) % 24 if self._mirrored else 6 * turn
-            if not cell_words.certain_word(0, 0, self._scratch, self._weights, CELL_ROWS, lines, result):
+            if not cell_search.certain_word(0, 0, self._scratch, self._weights, CELL_ROWS, lines, result):
                 self._search(lines)
             cost = result[_WORD_COST]
             if cost < best:
@@ -172,7 +172,7 @@ class CellReader:
 
     def _search(self, lines):
         """Looks for the words that cost least, where none is certain; lines: as in `likeliest_words`."""
-        cell_words.likeliest_words(
+        cell_search.likeliest_words(
             self._scratch, 0, 0, self._weights, CELL_ROWS, lines, self._allowed, self._result
         )
 

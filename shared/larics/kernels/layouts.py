@@ -148,7 +148,7 @@ PLACE_WIDTH = const(14)  # of the frame
 PLACE_HEIGHT = const(15)
 PLACE_ITEMS = const(16)
 
-# WORD, what the cells tell (cells.likeliest_words); a cell that leaves no doubt costs 64
+# WORD, what the cells tell (cell_search.likeliest_words); a cell that leaves no doubt costs 64
 WORD_ID = const(0)  # of the word that costs least, 0 for the empty one,
 WORD_COST = const(1)  # what it costs,
 WORD_SECOND = const(2)  # and what the second costs, at least

@@ -268,10 +268,10 @@ ORACLES = {
         code_residuals,
     ),
     "cells": (local_depths,),
-    "cell_words": (
+    "cell_search": (
         certain_word,
-        believed_word,
         likeliest_words,
     ),
+    "cell_words": (believed_word,),
     "robust": (root,),
 }
