@@ -127,6 +127,11 @@ def main(arguments):
         return 0
     try:
         say("%dx%d from %s to %s" % (camera.width, camera.height, options["source"], line.name))
+        if camera.turned:
+            text = (
+                "%s: a tag asks to show it turned by %d degrees; that is ignored: settings turn the picture"
+            )
+            say(text % (options["source"], camera.turned))
         app.run()
         if camera.ended and app.watch.missed:
             counts = app.status.frames, app.watch.missed

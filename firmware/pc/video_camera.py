@@ -39,7 +39,7 @@ class VideoCamera:
         self._wanted_us = None
         self._count = 0
         self._fetched = 0
-        self.width = self.height = 0
+        self.width = self.height = self.turned = 0
         self.frame = None
         self.frame_number = -1
         self.capture_us = 0
@@ -52,7 +52,7 @@ class VideoCamera:
     def open(self):
         """The first opening, with its errors raised: from then on the size of the frames is known."""
         source = self._first = self._open()
-        self.width, self.height = source.width, source.height
+        self.width, self.height, self.turned = source.width, source.height, source.turned
         self.frame = bytearray(self.width * self.height)
         self.adjustable = source.kind == "device" and source.exposure(self._exposure_us)
 

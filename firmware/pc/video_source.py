@@ -11,6 +11,8 @@ OpenCV captures; it is asked for the luminance plane as the camera delivered it.
 Pictures of an MJPEG stream are taken undecoded: of one that is cut, ffmpeg fills what is missing with pixels
 of an earlier picture, and one of another size it stretches to the first one's; nobody could see that
 afterwards.
+
+Pixels are taken as they were captured: a tag that asks to show a video turned is not obeyed.
 """
 
 import fcntl
@@ -84,6 +86,7 @@ class VideoSource:
 
     width, height   of the frames that `read` returns: a larger picture is reduced by a whole factor
     reduced         that factor
+    turned          degrees, clockwise, by which a tag asks to show it; the frames are not
     cut             counts the frames that were not whole and are left out
     """
 
@@ -92,6 +95,7 @@ class VideoSource:
         self.kind = kind_of(name)
         self._first_s = None  # monotonic time of a file's beginning
         self.cut = 0
+        self.turned = 0
         self._packed = False  # the capture delivers JPEGs
         self._capture = self._open_device(size, fps) if self.kind == "device" else self._open_stream()
         try:
@@ -152,6 +156,8 @@ class VideoSource:
         if not capture.isOpened():
             why = "nobody answers there, or " if self.kind == "address" else ""
             raise CameraError("%s cannot be opened: %sno video that can be read" % (self._name, why))
+        self.turned = round(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
+        capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
         return capture
 
     def _next(self):

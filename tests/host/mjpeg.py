@@ -3,6 +3,7 @@
 import contextlib
 import http.server
 import itertools
+import struct
 import threading
 
 import cv2
@@ -61,3 +62,13 @@ def mjpeg_server(body=None, port=0):
         server.stop.set()
         server.shutdown()
         server.server_close()
+
+
+def tag_turn(path, turn):
+    """Writes into an MP4 of one track that it is to be shown turned by `turn` degrees clockwise."""
+    data = bytearray(path.read_bytes())
+    place = data.index(b"tkhd") + 44  # the matrix of the track
+    cosine, sine = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[turn]
+    matrix = [cosine << 16, sine << 16, 0, -sine << 16, cosine << 16, 0, 0, 0, 1 << 30]
+    data[place : place + 36] = struct.pack(">9i", *matrix)
+    path.write_bytes(data)

@@ -17,7 +17,7 @@ from larics.wire import messages as m
 from larics_host.connection.receiver import Receiver
 from larics_host.truth import by_frame, read_truth
 from pc import byte_lines
-from tests.host.mjpeg import NAMES, PICTURES, jpeg, mjpeg_server
+from tests.host.mjpeg import NAMES, PICTURES, jpeg, mjpeg_server, tag_turn
 from tests.host.test_dual import ROOT
 from tests.host.waiting import PATIENCE_S
 
@@ -112,6 +112,24 @@ def test_every_frame_of_a_video_is_reported_with_its_marker(tmp_path):
     assert [fields.frame - markers[0].frame for fields in markers] == list(range(12))
     info = next(fields for name, fields in messages_of(done.stdout) if name == "INFO")
     assert (info.board, info.width, info.height) == ("linux", 360, 296)
+
+
+def test_a_tag_that_turns_a_video_is_told_and_not_obeyed(tmp_path):
+    path = tmp_path / "drive.mp4"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"mp4v"), 30, (360, 296), False)
+    for frame in PICTURES:
+        writer.write(frame)
+    writer.release()
+    tag_turn(path, 90)
+    done = subprocess.run(
+        command(tmp_path, "--source", str(path), "--every", "--stdout", *UNTRACKED),
+        env=environment(tmp_path),
+        capture_output=True,
+        timeout=PATIENCE_S,
+    )
+    info = next(fields for name, fields in messages_of(done.stdout) if name == "INFO")
+    assert (info.width, info.height) == (360, 296)
+    assert b"a tag asks to show it turned by 90 degrees; that is ignored" in done.stderr
 
 
 def test_large_frames_are_reduced_by_a_whole_factor(tmp_path):

@@ -196,7 +196,7 @@ def path_lines(path):
         return sum(1 for _ in file)
 
 
-def test_lost_messages_and_damage_are_counted(tmp_path, fleet):
+def test_lost_messages_and_damage_are_counted(tmp_path, fleet, capsys):
     data = (fleet / "logs" / "good" / "0.jsonl").read_bytes().splitlines(keepends=True)
     odd = [b"\0" * 50 + b"\n", b'{"message": "MARKER"}\n']
     odd.append(b'{"message": "MARKER", "sequence": 1, "time_s": NaN}\n')
@@ -205,6 +205,13 @@ def test_lost_messages_and_damage_are_counted(tmp_path, fleet):
     path.write_bytes(b"".join(damaged))
     tally = tallied([str(path)], 3000)["damaged"]
     assert tally.lost == 7 and tally.damaged == 4
+    (tmp_path / "empty.jsonl").write_bytes(b"")
+    assert command(path, tmp_path / "empty.jsonl", "--by", "file") == 1
+    text = capsys.readouterr()
+    assert text.err == "larics: %s is empty\nlarics: damaged: 4 lines damaged; the rest is read\n" % (
+        tmp_path / "empty.jsonl"
+    )
+    assert "empty " not in text.out
 
 
 def test_a_log_without_a_good_line_is_none(tmp_path, fleet, capsys):

@@ -14,6 +14,7 @@ from larics_host import errors
 from larics_host.errors import UserError
 from larics_host.images.frame_sources import open_frames
 from larics_host.images.openmv_stream import BAYER, BINARY, GRAYSCALE, RGB565
+from tests.host.mjpeg import tag_turn
 
 FRAME = np.random.default_rng(7).integers(0, 256, (31, 45), dtype=np.uint8)
 
@@ -233,7 +234,7 @@ def test_what_has_16_bits(tmp_path):
 
 
 def test_what_is_wrong_inside(tmp_path):
-    assert "only 255" in failure(write(tmp_path / "a.pgm", pgm(FRAME, 100)))
+    assert "convert it to 255" in failure(write(tmp_path / "a.pgm", pgm(FRAME, 100)))
     assert "no pixels" in failure(write(tmp_path / "b.pgm", b"P5 0 10 255 "))
     assert "more than a frame" in failure(write(tmp_path / "c.pgm", b"P5 999999 999999 255 "))
     assert "bytes more" in failure(write(tmp_path / "d.pgm", pgm(FRAME) + b"zz"))
@@ -353,13 +354,45 @@ def test_a_video_is_taken_as_the_camera_delivered_it(tmp_path, capsys, turn):
     picture[:12, :16] = 250
     video.write(picture)
     video.release()
-    data = bytearray(path.read_bytes())
-    place = data.index(b"tkhd") + 44  # the matrix of the track
-    cosine, sine = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[turn]
-    matrix = [cosine << 16, sine << 16, 0, -sine << 16, cosine << 16, 0, 0, 0, 1 << 30]
-    data[place : place + 36] = struct.pack(">9i", *matrix)
-    path.write_bytes(data)
+    tag_turn(path, turn)
     frame = one(path)
     assert frame.shape == (48, 64) and frame[3, 3] > 200 and frame[40, 60] < 50
     said = capsys.readouterr().err
     assert ("turned by" in said and "a.mp4" in said) if turn else said == ""
+
+
+@pytest.mark.parametrize("name", ["a.avi", "a.bak", "a"])
+def test_a_video_is_known_by_its_content_under_any_name(tmp_path, name):
+    path = tmp_path / "a.avi"
+    video = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 10, (64, 48))
+    video.write(np.full((48, 64, 3), 200, np.uint8))
+    video.release()
+    (tmp_path / name).write_bytes(path.read_bytes())
+    assert one(tmp_path / name).shape == (48, 64)
+
+
+@pytest.mark.parametrize("extension", ["bmp", "tif", "webp", "ppm", "jp2"])
+def test_an_image_of_another_kind_is_called_by_its_name(tmp_path, extension):
+    path = tmp_path / ("a." + extension)
+    Image.fromarray(FRAME).convert("RGB").save(path)
+    kind = {"tif": "TIFF", "webp": "WebP", "ppm": "PBM or PPM", "jp2": "JPEG 2000"}.get(extension, "BMP")
+    with pytest.raises(UserError, match="a %s image: convert it to PNG, JPEG or PGM" % kind):
+        one(path)
+
+
+def test_a_pgm_with_line_ends_of_windows_is_read(tmp_path):
+    for last in (10, 13, 32, 255):  # which are blanks in a text
+        frame = FRAME.copy()
+        frame[0, 0] = frame[-1, -1] = last
+        head = "P5\r\n%d %d\r\n255\r\n" % FRAME.shape[::-1]
+        (tmp_path / "a.pgm").write_bytes(head.encode() + frame.tobytes())
+        assert (one(tmp_path / "a.pgm") == frame).all()
+        (tmp_path / "a.pgm").write_bytes(head[:-1].encode() + frame.tobytes())
+        assert (one(tmp_path / "a.pgm") == frame).all()
+
+
+def test_a_picture_of_which_nothing_is_visible_is_refused(tmp_path):
+    picture = Image.fromarray(np.dstack([FRAME] * 3 + [np.zeros_like(FRAME)]))
+    picture.save(tmp_path / "a.png")
+    with pytest.raises(UserError, match="all of it is transparent"):
+        one(tmp_path / "a.png")

@@ -79,6 +79,9 @@ def run(args: argparse.Namespace) -> int:
     tallies, counts, errors = vehicles(told())
     for error in errors:
         report(error)
+    for vehicle, tally in tallies.items():
+        if tally.damaged:
+            report("%s: %s damaged; the rest is read" % (vehicle, counted(tally.damaged, "line")))
     if not tallies:
         raise UserError("none of the logs could be read")
     fleet = examine(tallies, counts, landmarks)

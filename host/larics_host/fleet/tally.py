@@ -353,6 +353,9 @@ def vehicles(told: Iterator[tuple[Block, Told]]) -> tuple[dict[str, Tally], dict
             before = None
             continue
         source = block.source
+        if not source.size and not one.tally.lines:
+            errors.append("%s is empty" % source.name)
+            continue
         logs[source.vehicle].add(source.name)
         tallies.setdefault(source.vehicle, Tally()).add(one.tally, before == source.name)
         before = source.name

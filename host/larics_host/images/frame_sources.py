@@ -26,6 +26,9 @@ STILL_EXTENSIONS = (".pgm", ".png", ".jpg", ".jpeg")
 STREAM_EXTENSIONS = (".bin",)
 VIDEO_EXTENSIONS = (".avi", ".mp4", ".m4v", ".mkv", ".mov", ".mjpeg", ".mpg", ".webm")
 EXTENSIONS = STILL_EXTENSIONS + STREAM_EXTENSIONS + VIDEO_EXTENSIONS
+_VIDEO = re.compile(  # MP4 and its kin but for HEIF, Matroska, AVI, MPEG, GIF
+    rb"....ftyp(?!heic|heix|mif1|avif)|\x1aE\xdf\xa3|RIFF....AVI |\0\0\x01[\xba\xb3]|GIF8[79]a", re.DOTALL
+)
 MAX_STILL_BYTES = 256 << 20
 
 
@@ -115,7 +118,7 @@ def _read_remote(remote):
 def read_source(path: StrPath | Remote) -> Iterator[tuple[str, np.ndarray]]:
     """Yields (name, frame) of one file: its path as the name, with "#0", "#1"... when it holds several.
 
-    The content says what it is; the extension decides only whether it is a video.
+    The content says what it is; what it does not tell, the extension does: whether it is a video.
     Raises UserError for whatever cannot be read, after the frames that could.
     """
     if isinstance(path, Remote):
@@ -135,8 +138,10 @@ def read_source(path: StrPath | Remote) -> Iterator[tuple[str, np.ndarray]]:
                 return
             if head.startswith(openmv_stream.MAGIC):
                 frames = openmv_stream.read_stream(file)
-            elif path.suffix.lower() in VIDEO_EXTENSIONS:
+            elif path.suffix.lower() in VIDEO_EXTENSIONS or _VIDEO.match(head):
                 frames = _read_video(path)
+            elif kind := stills.other_kind(head):
+                raise UserError("a %s image: convert it to PNG, JPEG or PGM" % kind)
             else:
                 raise UserError("not an image, video or OpenMV stream that larics can read")
             for index, frame in enumerate(frames):

@@ -78,6 +78,7 @@ def live_frames(name: str, stopped: Callable[[], bool] = lambda: False) -> Itera
     if not capture.isOpened():
         why = "busy, or no camera" if name.startswith("/dev/") else "nobody answers there, or no video"
         raise UserError("%s cannot be opened: %s" % (name, why))
+    capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # pixels as the camera delivered them
     newest = _Newest(capture, stopped)
     number = 0
     try:

@@ -14,6 +14,7 @@ import warnings
 import numpy as np
 
 from larics_host.errors import UserError, report_once
+from larics_host.wording import counted
 
 MAX_PIXELS = 150_000_000  # a telephone's photograph, a marker at 600 dpi; a damaged header may claim any size
 ORIENTATION_TAG = 274
@@ -31,6 +32,14 @@ PGM_MAGIC = (b"P5", b"P2")
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 JPEG_MAGIC = b"\xff\xd8\xff"
 
+_OTHERS = (
+    (rb"BM", "BMP"),
+    (rb"II\*\0|MM\0\*", "TIFF"),
+    (rb"RIFF....WEBP", "WebP"),
+    (rb"....ftyp(heic|heix|mif1|avif)", "HEIF"),
+    (rb"\0\0\0\x0cjP  ", "JPEG 2000"),
+    (rb"P[1346]\s", "PBM or PPM"),
+)
 _SIXTEEN_BIT = "a 16-bit image: convert it to 8 bits a pixel"
 _HEADER_ITEM = re.compile(rb"(?:\s|#[^\n]*\n)+(\d{1,9})")
 
@@ -57,12 +66,14 @@ def _decode_pgm(data):
     if maximum > 255:
         raise UserError(_SIXTEEN_BIT)
     if maximum != 255:
-        raise UserError("a PGM with maximum %d: only 255 is supported" % maximum)
+        raise UserError("a PGM with the maximum %d: convert it to 255" % maximum)
     count = width * height
     if data[:2] == b"P5":
-        pixels = np.frombuffer(data, np.uint8, offset=min(place + 1, len(data)))
+        end = 2 if data[place : place + 2] == b"\r\n" and len(data) - place - 2 == count else 1
+        pixels = np.frombuffer(data, np.uint8, offset=min(place + end, len(data)))
         if pixels.size > count and bytes(pixels[count:]).strip():
-            raise UserError("%d bytes more than %d x %d pixels" % (pixels.size - count, width, height))
+            sizes = counted(pixels.size - count, "byte"), width, height
+            raise UserError("%s more than %d x %d pixels" % sizes)
     else:
         try:
             pixels = np.array(data[place:].split(), dtype=np.int64)
@@ -113,8 +124,15 @@ def _grey(image):
 
     if "transparency" in image.info or image.mode in ("LA", "PA", "RGBA"):
         image = image.convert("RGBA")
+        if not image.getextrema()[3][1]:
+            raise UserError("all of it is transparent: save it without transparency")
         image = Image.alpha_composite(Image.new("RGBA", image.size, (255, 255, 255, 255)), image)
     return np.array(image.convert("L"))
+
+
+def other_kind(head: bytes) -> str | None:
+    """What kind of image the first bytes of a file are that is none of ours; None when they are no image."""
+    return next((name for magic, name in _OTHERS if re.match(magic, head, re.DOTALL)), None)
 
 
 def is_still(head: bytes) -> bool:
