@@ -40,6 +40,7 @@ _NOT_TO_DETECT = (
     "stream",
     "odometry",
     "rolling",
+    "covariance",
     "grey",
     "raw",
     "paper",
@@ -131,7 +132,7 @@ def _compile_for_cameras():
     from larics.kernels.crc import x25
     from larics.kernels.grey import count_greys
     from larics.locate.camera_model import Measurement
-    from larics.locate.carrier import Carrier
+    from larics.locate.carrier import Carrier, Fix
     from larics.locate.odometry import Odometry
     from larics.locate.rolling import RollingShutter
     from larics.locate.uncertainty import OdometryNoise
@@ -152,8 +153,9 @@ def _compile_for_cameras():
     odometry.at(50000)
     carrier, rolling = Carrier(OdometryNoise()), RollingShutter(25000, 1 << 17)
     for time_us in (10000, 20000):
-        odometry.x_mm10 += 5
+        odometry.x_mm10 += 700
         carrier.move(odometry, time_us)
+        carrier.fix(Fix())
         rolling.follow([Measurement()], 1, time_us, odometry)
 
 

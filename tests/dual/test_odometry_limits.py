@@ -3,6 +3,7 @@
 from array import array
 
 from larics.arith.fixed import isqrt
+from larics.kernels.covariance import grow
 from larics.kernels.odometry import settle
 from larics.locate.carrier import Carrier, Fix
 from larics.locate.odometry import KEPT, Odometry
@@ -430,31 +431,33 @@ def test_a_leg_tells_of_the_noise_along_the_way_and_of_that_of_turns():
         assert (made.way_noise.q4 > 40) == way_louder and (made.turn_noise.q4 > 40) == turn_louder, off
 
 
-def bent(mrad, mx, my, steps):
-    """What ways of which the heading may be so wrong add to the covariance: mm, mm, and mm2 of xy."""
-    made, _ = carrier()
-    made._tt, made._xx, made._xy, made._yy = mrad * mrad << 8, 0, 0, 0
+def grown(heading_q8, px, py, steps=1, **given):
+    """Items of a covariance after ways of (px, py), 0.1 mm Q4, of which nothing but the heading is wrong."""
+    items = array("i", [0] * 20)
+    items[5], items[13] = heading_q8, -192
     for _ in range(steps):
-        made._bend(mx, my)
-    return isqrt(made._xx >> 4), isqrt(made._yy >> 4), made._xy >> 4
+        grow(0, 0, items, px, py, 1, 0, -176, -176, 0, 0)
+        items[5] = heading_q8
+    return items
+
+
+def bent(mrad, px, py, steps):
+    """By how much shorter the way may be, mm."""
+    items = grown(mrad * mrad << 8, px, py, steps)
+    return items[8] >> 8, items[9] >> 8
 
 
 def test_a_heading_that_may_be_wrong_to_either_side_makes_the_way_shorter():
     # 0.8 * 0.2**2 of 3 m, and 0.8 * 0.7**2 of 2 m
-    assert bent(200, 1638, 0, 30) == (95, 0, 0)
-    assert bent(200, 0, -1638, 30) == (0, 95, 0)
-    assert bent(200, 1638, -1638, 30) == (95, 95, -9067)
-    assert bent(200, 16384, 0, 3)[0] == 95
-    assert bent(700, 16384, 0, 2)[0] == 777 and bent(700, 16384, 0, 9)[0] == 1024  # no more than a metre
-    for heading_q8, bends in ((230400, False), (230401, True)):
-        made, _ = carrier()
-        made._tt, made._px, made._since = heading_q8, 10000, 640
-        made.turn_noise.q4 = -176
-        made.shares.drift.sigma_q20 = made.shares.turn.sigma_q20 = 0
-        made._grow()
-        assert (made._bent_x > 0) == bends, heading_q8
-        made.fix(placed())
-        assert made._bent_x == 0
+    assert bent(200, 16000, 0, 30) == (95, 0) and bent(200, 0, -16000, 30) == (0, -96)
+    assert bent(200, 160000, 0, 3)[0] == 95
+    assert bent(700, 160000, 0, 2)[0] == 777 and bent(700, 160000, 0, 9)[0] == 1024  # no more than a metre
+    assert bent(700, -160000, 0, 9)[0] == bent(700, 0, -160000, 9)[1] == -1024
+    assert grown(230400, 16000, 0)[8] == 0 and grown(230401, 16000, 0)[8] > 0
+    one, other = grown(40000 << 8, 16000, 0, 30), grown(230400, 16000, 0, 30)
+    assert isqrt(one[0] >> 4) == 95 and one[2] > 40 * other[2] > 0 == other[0]  # along the way, and across it
+    one = grown(40000 << 8, 16000, 16000, 30)
+    assert -one[0] < one[1] < 0  # what is across the way outweighs it
 
 
 class Pieces(Carrier):

@@ -279,3 +279,26 @@ ROLLING_LAST_X = const(13)
 ROLLING_LAST_Y = const(14)
 ROLLING_LAST_HEADING = const(15)
 ROLLING_ITEMS = const(16)
+
+# COVARIANCE, of a pose that odometry carries on (locate.carrier, kernels.covariance)
+COVARIANCE_XX = const(0)  # mm2 Q4
+COVARIANCE_XY = const(1)
+COVARIANCE_YY = const(2)
+COVARIANCE_XT = const(3)  # of place and heading, mm mrad Q5
+COVARIANCE_YT = const(4)
+COVARIANCE_TT = const(5)  # mrad2 Q8
+COVARIANCE_SCALE = const(6)  # what the scale has made of the way so far, mm Q4
+COVARIANCE_TURNS = const(7)  # what drift and turn have made of the heading, mrad2 Q8
+COVARIANCE_BENT_X = const(8)  # by how much shorter headings that are wrong make the way, mm Q8
+COVARIANCE_BENT_Y = const(9)
+COVARIANCE_SCALE_SIGMA = const(10)  # of odometry_shares.OdometryShares, Q20
+COVARIANCE_DRIFT_SIGMA = const(11)
+COVARIANCE_TURN_SIGMA = const(12)
+COVARIANCE_NOISE_Q4 = const(13)  # of uncertainty.OdometryNoise: noise_q4, speed_noise_us, track_q4
+COVARIANCE_HASTE_US = const(14)
+COVARIANCE_TRACK_Q4 = const(15)
+COVARIANCE_SIGMA_X = const(16)  # 0.1 mm
+COVARIANCE_SIGMA_Y = const(17)
+COVARIANCE_SIGMA_CDEG = const(18)
+COVARIANCE_CORRELATION = const(19)  # of x and y, Q14
+COVARIANCE_ITEMS = const(20)

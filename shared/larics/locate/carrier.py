@@ -18,8 +18,9 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import isqrt, wrap_cdeg
+from larics.arith.fixed import wrap_cdeg
 from larics.arith.tables import QUARTER_SINE_Q14
+from larics.kernels.covariance import grow
 from larics.kernels.odometry import advance
 from larics.locate.motion import scaled_q14
 from larics.locate.odometry import length
@@ -29,21 +30,38 @@ from larics.locate.wheel_noise import Loudness, Slope
 from larics.wire.messages import WAY_UNKNOWN
 
 _STEP_MM10 = const(640)  # of way, after which the covariance grows
-_WAY_NOISE_Q20 = const(2097)  # 0.0025 mm2 of variance a mm of way and wheel, OdometryNoise's unit
-_TURN_NOISE_Q16 = const(93207)  # ... with a track of 300 mm
+_WAY_NOISE_Q20 = const(2097)  # as in kernels.covariance
 _NEAR_LEGS = const(2)  # ways and turns under one marker show the noise of the wheels for as long as no more
 _NEAR_MOST_MM10 = const(7000)  # ... legs do; ways no longer than this
 _NEAR_MOST_MS = const(2047)
 _NEAR_MS = const(900)  # wheels that go wrong for 0.3 s show a third of their noise in half of this,
 _ALIKE_MS = const(200)  # and of two ways that each take so long half of that as a difference
 _LEAST_Q4 = const(-48)  # against the noise that depends on no speed: less no short way shows
-_MOST = const(1 << 25)  # 1.4 m ...
-_MOST_TURN = const(1 << 27)  # ... and 41 degrees: products stay within 30 bits
-_BENT_Q8 = const(230400)  # of the heading, (30 mrad)**2: with less a way does not get shorter to speak of
-_MOST_BENT = const(1 << 18)  # 1 m
 _LEARN_MM10 = const(3000)  # a shorter way teaches nothing, nor does one under the same marker that is shorter
 _LEARN_AGAIN_MM10 = const(15000)  # than this: wheels go wrong for 0.3 s, and the camera's errors cancel
 _MOST_MM10 = const(7000)  # of one increment
+_MOST_TURNED_CDEG = const(180000)
+_COVARIANCE_XX = const(0)
+_COVARIANCE_XY = const(1)
+_COVARIANCE_YY = const(2)
+_COVARIANCE_XT = const(3)
+_COVARIANCE_YT = const(4)
+_COVARIANCE_TT = const(5)
+_COVARIANCE_SCALE = const(6)
+_COVARIANCE_TURNS = const(7)
+_COVARIANCE_BENT_X = const(8)
+_COVARIANCE_BENT_Y = const(9)
+_COVARIANCE_SCALE_SIGMA = const(10)
+_COVARIANCE_DRIFT_SIGMA = const(11)
+_COVARIANCE_TURN_SIGMA = const(12)
+_COVARIANCE_NOISE_Q4 = const(13)
+_COVARIANCE_HASTE_US = const(14)
+_COVARIANCE_TRACK_Q4 = const(15)
+_COVARIANCE_SIGMA_X = const(16)
+_COVARIANCE_SIGMA_Y = const(17)
+_COVARIANCE_SIGMA_CDEG = const(18)
+_COVARIANCE_CORRELATION = const(19)
+_COVARIANCE_ITEMS = const(20)
 
 
 class Fix:
@@ -89,9 +107,10 @@ class Carrier:
         self._way = self._since = self._turned = self._turned_most = 0
         self._speed_mm_s = 0
         self._moved = array("i", [0] * 4)
-        self._xx = self._xy = self._yy = self._xt = self._yt = self._tt = 0
-        self._a = self._b = 0
-        self._bent_x = self._bent_y = 0
+        items = self._items = array("i", [0] * _COVARIANCE_ITEMS)
+        items[_COVARIANCE_NOISE_Q4] = model.noise_q4
+        items[_COVARIANCE_HASTE_US] = model.speed_noise_us
+        items[_COVARIANCE_TRACK_Q4] = model.track_q4
         self._grown = False  # since sigma was told
 
     def fix(self, fix):
@@ -112,12 +131,14 @@ class Carrier:
         self._heading_q6 = fix.heading_cdeg << 6
         self._rx = self._ry = self._px = self._py = 0
         self._way = self._since = self._turned = self._turned_most = 0
-        self._xx = self._yy = _variance_q4(fix)
-        self._xy = self._xt = self._yt = 0
-        self._tt = _variance_of_heading_q8(fix)
-        self._a = self._b = self._bent_x = self._bent_y = 0
+        items = self._items
+        items[_COVARIANCE_XX] = items[_COVARIANCE_YY] = _variance_q4(fix)
+        items[_COVARIANCE_XY] = items[_COVARIANCE_XT] = items[_COVARIANCE_YT] = 0
+        items[_COVARIANCE_TT] = _variance_of_heading_q8(fix)
+        items[_COVARIANCE_SCALE] = items[_COVARIANCE_TURNS] = 0
+        items[_COVARIANCE_BENT_X] = items[_COVARIANCE_BENT_Y] = 0
         self.known = True
-        # all that `_tell` and `_tell_sigma` would find, with less work
+        # all that `_tell` would find, with less work
         self.x_mm10, self.y_mm10, self.heading_cdeg = fix.x_mm10, fix.y_mm10, fix.heading_cdeg
         self.sigma_x_mm10 = self.sigma_y_mm10 = fix.sigma_mm10
         self.sigma_cdeg = fix.sigma_cdeg
@@ -190,55 +211,25 @@ class Carrier:
         self._heading_q6 = (heading_q6 + moved[1]) % 2304000
         self._way = min(1 << 24, self._way + way)
         self._since += way
-        self._turned = max(-200000, min(200000, self._turned + turn_cdeg))
+        self._turned = max(-_MOST_TURNED_CDEG, min(_MOST_TURNED_CDEG, self._turned + turn_cdeg))
         self._turned_most = max(self._turned_most, abs(self._turned))
         if self._since >= _STEP_MM10:
             self._grow()
 
     def _grow(self):
-        if max(self._xx, self._yy) > _MOST or self._tt > _MOST_TURN:
-            self._since = self._px = self._py = 0
-            return  # it is of no use any more
-        mx = max(-16384, min(16384, (max(-160000, min(160000, self._px)) >> 4) * 26843 >> 14))
-        my = max(-16384, min(16384, (max(-160000, min(160000, self._py)) >> 4) * 26843 >> 14))
-        since = max(1, min(self._since, 11000))
-        noise_q4 = self._model.at_speed_q4(self._speed_mm_s) + self.way_noise.q4
-        added = times_q4(since * _WAY_NOISE_Q20 >> 10, noise_q4) >> 10
-        noise_q4 += self.turn_noise.q4 - self.way_noise.q4 + self._model.track_q4
-        turned = times_q4(since * _TURN_NOISE_Q16 >> 14, noise_q4) >> 2
+        """The covariance follows the way since it did so last."""
+        items, shares = self._items, self.shares
+        items[_COVARIANCE_SCALE_SIGMA] = shares.scale.sigma_q20
+        items[_COVARIANCE_DRIFT_SIGMA] = shares.drift.sigma_q20
+        items[_COVARIANCE_TURN_SIGMA] = shares.turn.sigma_q20
         way_mm = min(self._way // 10, 16383)  # further, the systematic shares grow no more: it is lost before
-        shares = self.shares
-        a = min(32767, (shares.scale.sigma_q20 >> 3) * way_mm >> 13)
-        b = shares.drift.variance_q8(way_mm) + shares.turn.variance_q8(mrad_q4(self._turned_most) >> 4)
-        added += (a * a >> 4) - (self._a * self._a >> 4)
-        turned += max(0, b - self._b)
-        self._a, self._b = a, b
-        self._tt += turned >> 1
-        xt, yt = self._xt, self._yt
-        self._xt = xt - (scaled_q14(self._tt, my) >> 3)
-        self._yt = yt + (scaled_q14(self._tt, mx) >> 3)
-        self._xx += max(0, added) - (scaled_q14(xt + self._xt, my) >> 1)
-        self._yy += max(0, added) + (scaled_q14(yt + self._yt, mx) >> 1)
-        self._xy += (scaled_q14(self._xt, mx) >> 1) - (scaled_q14(yt, my) >> 1)
-        if self._tt > _BENT_Q8:
-            self._bend(mx, my)
-        self._tt += turned - (turned >> 1)
-        self._since = 0
-        self._px = self._py = 0
+        turned = mrad_q4(self._turned_most) >> 4
+        grow(
+            0, 0, items, self._px, self._py, self._since, self._speed_mm_s, self.way_noise.q4,
+            self.turn_noise.q4, way_mm, turned,
+        )  # fmt: skip
+        self._since = self._px = self._py = 0
         self._grown = True
-
-    def _bend(self, mx, my):
-        """A heading that is wrong, to either side, makes the way shorter: by half of its square, of which the
-        root mean square is 0.87 of the variance when it was wrong from the start, and 0.76 when it grows so.
-        mx, my: driven, Q14 of a metre."""
-        ux, uy = self._bent_x >> 4, self._bent_y >> 4  # mm Q4
-        xx, xy, yy = ux * ux >> 4, ux * uy >> 4, uy * uy >> 4
-        self._bent_x = _within(self._bent_x + ((scaled_q14(self._tt, mx) >> 4) * 13 >> 10), _MOST_BENT)
-        self._bent_y = _within(self._bent_y + ((scaled_q14(self._tt, my) >> 4) * 13 >> 10), _MOST_BENT)
-        ux, uy = self._bent_x >> 4, self._bent_y >> 4
-        self._xx += max(0, (ux * ux >> 4) - xx)
-        self._xy += (ux * uy >> 4) - xy
-        self._yy += max(0, (uy * uy >> 4) - yy)
 
     def _tell(self):
         self.x_mm10 = self._x0 + (self._rx >> 4)
@@ -247,18 +238,10 @@ class Carrier:
         self.way_mm = min(WAY_UNKNOWN, self._way // 10)
         if self._grown:
             self._grown = False
-            self._tell_sigma()
-
-    def _tell_sigma(self):
-        root_x, root_y = isqrt(max(1, self._xx) << 2), isqrt(max(1, self._yy) << 2)  # mm Q3
-        self.sigma_x_mm10 = root_x * 10 + 15 >> 3
-        self.sigma_y_mm10 = root_y * 10 + 15 >> 3
-        self.sigma_cdeg = (isqrt(max(1, self._tt)) * 358 + 999) // 1000  # 1 mrad Q4 is 0.358 of 0.01 degrees
-        xy, both = self._xy, root_x * root_y >> 2
-        while abs(xy) > 65535:
-            xy >>= 1
-            both >>= 1
-        self.correlation_q14 = max(-16384, min(16384, (xy << 14) // max(1, both)))
+            items = self._items
+            self.sigma_x_mm10, self.sigma_y_mm10 = items[_COVARIANCE_SIGMA_X], items[_COVARIANCE_SIGMA_Y]
+            self.sigma_cdeg = items[_COVARIANCE_SIGMA_CDEG]
+            self.correlation_q14 = items[_COVARIANCE_CORRELATION]
 
     def _hear_noise(self, fix):
         """How far the marker is off, in squares of the sigma: along the way since the last one, and across it
@@ -268,20 +251,22 @@ class Carrier:
         dx = max(-20000, min(20000, fix.x_mm10 - self.x_mm10))
         dy = max(-20000, min(20000, fix.y_mm10 - self.y_mm10))
         off = mrad_q4(max(-6000, min(6000, wrap_cdeg(fix.heading_cdeg - self.heading_cdeg))))
-        place, turn = _variance_q4(fix), _variance_of_heading_q8(fix)
-        turn_q4 = min(1 << 18, off * off // max(1, self._tt + turn >> 4))
+        items, place, turn = self._items, _variance_q4(fix), _variance_of_heading_q8(fix)
+        xx, xy, yy = items[_COVARIANCE_XX], items[_COVARIANCE_XY], items[_COVARIANCE_YY]
+        turn_q4 = min(1 << 18, off * off // max(1, items[_COVARIANCE_TT] + turn >> 4))
         ahead, aside = self._rx >> 4, self._ry >> 4
         distance = length(ahead, aside)
         if distance > _LEARN_MM10 and max(abs(ahead), abs(aside)) <= 120000:
             ux, uy = (ahead << 12) // distance, (aside << 12) // distance
             along, across = dx * ux + dy * uy >> 12, dy * ux - dx * uy >> 12
             cc, ss, cs = ux * ux >> 10, uy * uy >> 10, ux * uy >> 10
-            variance = scaled_q14(self._xx, cc) + 2 * scaled_q14(self._xy, cs) + scaled_q14(self._yy, ss)
+            variance = scaled_q14(xx, cc) + 2 * scaled_q14(xy, cs) + scaled_q14(yy, ss)
             variance = max(1, variance + place)
-            turn_q4 += _square_q4(across, max(1, self._xx + self._yy + 2 * place - variance))
+            turn_q4 += _square_q4(across, max(1, xx + yy + 2 * place - variance))
             turn_q4 >>= 1
             if not fix.moved:
-                self._learn_scale(distance, along, max(1, variance - (self._a * self._a >> 4)))
+                scale = items[_COVARIANCE_SCALE]
+                self._learn_scale(distance, along, max(1, variance - (scale * scale >> 4)))
             self.way_noise.hear(_square_q4(along, variance), fix.moved)
         self.turn_noise.hear(turn_q4, fix.moved)
         if not fix.moved:
@@ -317,10 +302,6 @@ class Carrier:
             if square >= 0:
                 self.way_noise.look(square, scatter * scatter // 20, expected, least_q4)
         shares.settle(self.way_noise.q4, self.turn_noise.q4)
-
-
-def _within(value, most):
-    return max(-most, min(most, value))
 
 
 def _square_q4(off_mm10, variance_q4):
