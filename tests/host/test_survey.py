@@ -14,7 +14,7 @@ from larics_host.commands import map as map_command
 from larics_host.mapping import build, contradicted, layout, moves, settle, slips
 from larics_host.mapping.association import Found
 from larics_host.mapping.collect import Collected, collect
-from larics_host.mapping.graph import Graph, Reading, _leg_error, _reading_error
+from larics_host.mapping.graph import Graph, Link, Reading, _leg_error, _reading_error
 from larics_host.mapping.links import Place
 from larics_host.mapping.mapfile import read_map
 from larics_host.mapping.poses import after, inverse
@@ -364,7 +364,8 @@ def test_a_legs_likelihood_is_of_what_all_others_say_of_it():
 
 
 def test_standard_errors_count_the_slips_that_may_have_been(tmp_path, monkeypatch):
-    one, collected, graph = _solved(tmp_path, monkeypatch, World(markers=9, length_m=60.0, wrong=0.0), 5010)
+    world = World(markers=9, length_m=60.0, moved=False, wrong=0.0)
+    one, collected, graph = _solved(tmp_path, monkeypatch, world, 5010)
     assert all(graph.expected[a] > graph.leg_noise(a) for _, a, _, _ in graph.legs)
     built = build.build(collected, build.Request(distances=[taped(one, np.random.default_rng(5010))]))
     numbers = list(built.poses)
@@ -431,15 +432,18 @@ def test_what_is_taken_back_stays_until_slips_were_sought():
 
 
 @pytest.mark.parametrize(
-    "used, x_mm, told",
+    "used, x_mm, share",
     [
-        ((True, False), 9000.0, True),
-        ((True, True, False), 9000.0, False),  # it is certain
-        ((True, False), 1200.0, False),  # a move, or a slip
-        ((True, False), 5600.0, False),  # where marker 6 is, which was misread
+        ((True, False), 9000.0, 0.5),
+        ((True, True, False), 9000.0, None),  # one of another marker
+        ((True, False), 1200.0, 0.5),  # it may have been moved
+        ((True, True, False), 1200.0, 1 / 3),
+        ((True, False), 60.0, None),
+        ((True, False), 5600.0, None),  # where marker 6 is, which was misread
+        ((True, True), 1200.0, None),
     ],
 )
-def test_an_id_that_was_read_at_two_places_is_told(used, x_mm, told):
+def test_an_id_that_was_read_at_two_places_is_told(used, x_mm, share):
     graph = Graph(
         poses={k: (0.0, 0.0, 0.0) for k in range(4)}, places={0: (0.0, 0.0, 0.0), 1: (5500.0, 0, 0)}
     )
@@ -447,15 +451,63 @@ def test_an_id_that_was_read_at_two_places_is_told(used, x_mm, told):
     places = {number: Place(number) for number in graph.places}
     for number, place in places.items():
         place.votes[5 + number] += 1
-    lines = contradicted.of_two_places(graph, places)
-    assert len(lines) == told and all("marker 5 was read at two places 9.0 m apart" in line for line in lines)
+    doubts = contradicted.of_two_places(graph)
+    assert [one.share for one in doubts] == ([share] if share else [])
+    lines = contradicted.told(doubts, graph, places)
+    assert all("marker 5 was read at two places %.1f m apart" % (x_mm / 1000) in line for line in lines)
+    covariance = np.eye(6)
+    build._add_doubts(covariance, doubts, graph, [1, 0])
+    spread = 1 + min(900.0, x_mm * math.sqrt(share or 0)) ** 2 if share else 1.0
+    assert np.diag(covariance) == pytest.approx([1, 1, 1, spread, 1, 1])
+
+
+def test_a_marker_that_was_moved_or_not_is_told_with_its_sigma(tmp_path, capsys, monkeypatch):
+    """Where nothing tells of a move, its place in the map may be the one before."""
+    monkeypatch.setattr(build, "find_moves", lambda graph, places: [])
+    one, result = built_from(tmp_path, World(markers=9, length_m=100.0, wrong=0.0), 5016)
+    assert not result.moved
+    doubted = [marker for marker in read_map(tmp_path / "drive.map.json").markers if marker.sigma_mm > 50]
+    assert [marker.id for marker in doubted] == [one.hall[one.moved][0]]
+
+
+def test_readings_tell_how_noisy_they_are(tmp_path, monkeypatch):
+    """With a lens that was never calibrated, as with a good one."""
+    world = World(markers=9, length_m=100.0, moved=False, slips=0.0, wrong=0.0)
+    _, _, graph = _solved(tmp_path, monkeypatch, world, 5009)
+    assert 0.3 <= graph.read_noise < 0.8 and graph.noise < 0.0008
+    read, rng = survey_drives._Camera.read, np.random.default_rng(4)
+    offs = []
+
+    def noisy(self, frame, pose, hall):
+        seen = read(self, frame, pose, hall)
+        if seen and (not offs or frame > offs[-1][0] + 10):
+            offs.append((frame, rng.normal(0, (5, 5, 0.4))))
+        elif seen:
+            offs[-1] = (frame, offs[-1][1])
+        return [(one, *(np.array(values) + offs[-1][1])) for one, *values in seen]
+
+    monkeypatch.setattr(survey_drives._Camera, "read", noisy)
+    _, _, graph = _solved(tmp_path, monkeypatch, world, 5009)
+    assert 3 < graph.read_noise < 15 and graph.noise < 0.003
+
+
+def test_places_that_coincide_contradict_a_distance():
+    """And divide nothing by nothing."""
+    graph = Graph(places={0: (0.0, 0.0, 0.0), 1: (0.0, 0.0, 0.3)}, anchor=0)
+    graph.links = [Link(0, 1, (0.0, 0.0, 0.3)) for _ in range(3)]
+    graph.distances = [(0, 1, 700.0)]
+    places = {number: Place(number) for number in graph.places}
+    for number, place in places.items():
+        place.votes[5 + number] += 1
+    line = contradicted.by_all_else(graph, graph.marginals(), places)
+    assert re.match(r"markers 5 and 6 are 700 mm apart by what is given, \d+ mm by the logs", line)
 
 
 def test_the_noise_of_few_legs_is_not_much_less_than_expected():
     graph = Graph(noise=0.0004, legs=[(0, k, k + 1, None) for k in range(20)])
     for freedom, least, most in ((12.0, 5e-4, 7e-4), (1200.0, 2.0e-4, 2.2e-4)):
         graph.noise = 0.0004
-        settle._heed_noise(graph, slips.Weighed(False, 0.5 * freedom, freedom))
+        settle._heed_noise(graph, slips.Weighed(False, 0.5 * freedom, freedom), (0.0, 0.0))
         assert least < graph.noise < most
 
 

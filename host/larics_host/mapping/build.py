@@ -24,7 +24,7 @@ from larics_host.mapping.layout import Group, Layout, Part, layout
 from larics_host.mapping.links import Place
 from larics_host.mapping.lost import refuse_lost
 from larics_host.mapping.moves import Move, find_moves
-from larics_host.mapping.poses import Pose, after, inverse, rigid_fit
+from larics_host.mapping.poses import Pose, after, inverse, rigid_fit, wrapped
 from larics_host.mapping.settle import settle
 from larics_host.mapping.ties import tie
 from larics_host.wording import counted
@@ -35,6 +35,7 @@ _LAID_OUT_ANEW = 2.5  # ... so many times what was thought
 _PARTS = 6  # that the readings of two markers seen together are cut into, in their order
 _FOCAL_SHARE = 0.001  # standard deviation
 _WORST_MM = 500.0  # standard deviation of a place that still is one
+_DOUBT_MOST_MM, _DOUBT_MOST_RAD = 900.0, 1.4  # rows of a map have up to 1,000 mm and 90 degrees
 
 
 @dataclass
@@ -129,7 +130,8 @@ def build(
             raise _not_of_this_hall(wrong, collected, request, passages) from None
         raise
     notes += [wrong] if wrong else []
-    notes += contradicted.of_two_places(graph, laid.places)
+    doubts = contradicted.of_two_places(graph)
+    notes += contradicted.told(doubts, graph, laid.places)
     progress(0.95)
     former = {move.former for move in moves}
     numbers = [number for number in graph.places if number not in former]
@@ -145,6 +147,7 @@ def build(
             "the drives do not make one map: a marker's place is known to %.1f m only; drive loops that "
             "pass each marker several times" % (worst / 1000)
         )
+    _add_doubts(covariance, doubts, graph, numbers)
     built = Built(
         laid.places, {}, {}, untied, notes=notes, moves=moves, noise=graph.noise, shares=graph.shares
     )
@@ -325,6 +328,20 @@ def _unscaled(graph, numbers, is_anchored):
     slope = np.zeros(3 * len(places))
     slope[0::3], slope[1::3] = off.T
     return _FOCAL_SHARE**2 * np.outer(slope, slope)
+
+
+def _add_doubts(covariance, doubts, graph, numbers):
+    """Adds to the covariance of places what they are off by where they are the other one of two, as far as a
+    camera's map can hold that."""
+    for doubt in doubts:
+        if doubt.place in numbers:
+            off = np.subtract(doubt.other, graph.places[doubt.place])
+            off[2] = wrapped(off[2])
+            off *= math.sqrt(doubt.share)
+            off[:2] *= min(1.0, _DOUBT_MOST_MM / math.hypot(*off[:2]))
+            off[2] = min(max(off[2], -_DOUBT_MOST_RAD), _DOUBT_MOST_RAD)
+            own = slice(3 * numbers.index(doubt.place), 3 * numbers.index(doubt.place) + 3)
+            covariance[own, own] += np.outer(off, off)
 
 
 def _tell_fit(built, graph):

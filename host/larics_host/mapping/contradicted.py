@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
 from larics_host.mapping.covariance import Covariance
 from larics_host.mapping.graph import DISTANCE_SIGMA_MM, PLACE_SIGMA, Graph, Reading
 from larics_host.mapping.links import Place
-from larics_host.mapping.poses import after, axes
+from larics_host.mapping.poses import Pose, after, axes
 
 _LAID_MM, _LAID_SHARE = 1500.0, 0.1  # by which a first layout may be off, and so much of the distance
 _GATE = 16.0  # chi-squared
@@ -25,10 +26,11 @@ _LENGTH = (
 )
 _PLACE = "marker %d is %.0f mm from the given place by all else: measure again; is this the ID?"
 _TWICE = (
-    "marker %d was read at two places %.1f m apart, and the map has one of them: drive by once more, to tell "
-    "which reading was wrong"
+    "marker %d was read at two places %.1f m apart, and the map has one of them: was it moved, or is a "
+    "reading wrong? Drive by once more"
 )
-_ELSEWHERE_MM = 1500.0  # from all markers; nearer, it may have been moved, or wheels have slipped
+_NEAR_MM = 100.0, 1500.0  # by which a marker may have been moved; farther, one reading is of another marker
+_PLATE_MM = 450.0  # from another marker; nearer, it was that one which was read
 _TOLD = 1e-4  # share of a variance that others have to leave
 
 
@@ -57,25 +59,45 @@ def by_all_else(graph: Graph, marginals: Covariance, places: dict[int, Place]) -
     return text
 
 
-def of_two_places(graph: Graph, places: dict[int, Place]) -> list[str]:
-    """Lines about IDs that a solved graph has by one reading, while another one is of where no marker is: one
-    of the two is misread, and nothing tells which."""
+class Doubt(NamedTuple):
+    """Of a place: its number, the other place (x mm, y mm, rad) at which its ID was read, and the share of
+    the readings that are of that one."""
+
+    place: int
+    other: Pose
+    share: float
+
+
+def of_two_places(graph: Graph) -> list[Doubt]:
+    """Doubts about places that a solved graph has, while another reading of the ID, which does not count, is
+    of where no other marker hangs: it was moved, or a reading is wrong, and nothing tells which."""
     read: dict[int, list[Reading]] = {}
     for one in graph.readings:
         read.setdefault(one.place, []).append(one)
     found = []
     for number, readings in read.items():
-        if sum(one.used for one in readings) != 1:
-            continue
-        for one in readings:
-            here = after(graph.poses[one.passage], one.pose)[:2]
-            if not one.used and all(
-                math.dist(here, pose[:2]) > _ELSEWHERE_MM for pose in graph.places.values()
-            ):
-                away = math.dist(here, graph.places[number][:2])
-                found.append(_TWICE % (places[number].id, away / 1000))
-                break
+        others = np.array([pose[:2] for k, pose in graph.places.items() if k != number]).reshape(-1, 2)
+        aside = [after(graph.poses[one.passage], one.pose) for one in readings if not one.used]
+        used = len(readings) - len(aside)
+        alone = [pose for pose in aside if _is_doubt(pose, graph.places[number], others, used)]
+        if alone:
+            found.append(Doubt(number, alone[-1], len(alone) / (used + len(alone))))
     return found
+
+
+def _is_doubt(pose, place, others, used):
+    away, nearest = math.dist(pose[:2], place[:2]), min(np.hypot(*(others - pose[:2]).T), default=math.inf)
+    if away > _NEAR_MM[1]:
+        return used == 1 and nearest > _NEAR_MM[1]
+    return away > _NEAR_MM[0] and nearest > _PLATE_MM
+
+
+def told(doubts: Iterable[Doubt], graph: Graph, places: dict[int, Place]) -> list[str]:
+    """Lines about doubts."""
+    return [
+        _TWICE % (places[one.place].id, math.dist(one.other[:2], graph.places[one.place][:2]) / 1000)
+        for one in doubts
+    ]
 
 
 def _apart(first, second, mm, told):
@@ -86,15 +108,12 @@ def _distances(graph, marginals):
     """[(chi-squared, place, place, mm as known, mm as all else has it)] of distances."""
     found = []
     for a, b, mm in graph.distances:
-        off = np.subtract(graph.places[b], graph.places[a])
-        apart = math.hypot(*off[:2])
-        along = np.array([*(off[:2] / apart), 0.0])
-        slope = np.concatenate([-along @ axes(graph.places[a][2]), along @ axes(graph.places[b][2])])
-        left = 1 - float(slope @ marginals.places([a, b]) @ slope) / DISTANCE_SIGMA_MM**2
+        apart, slope = graph.distance(a, b)
+        left = 1 - (slope @ marginals.places([a, b]) @ slope.T).item() / DISTANCE_SIGMA_MM**2
         if left > _TOLD:
             alone = (apart - mm) / left
             spread = DISTANCE_SIGMA_MM**2 / left + (0.0 if graph.legs else _LENS_SHARE * mm) ** 2
-            found.append((alone**2 / spread, a, b, mm, mm + alone))
+            found.append((alone**2 / spread, a, b, mm, abs(mm + alone)))
     return found
 
 

@@ -89,6 +89,7 @@ class Graph:
     expected   the same on average over what may have been on it, slips or none
     slipped    {passage: how likely a wheel slipped on the leg that begins there}
     link_noise variance of links against LINK_SIGMA's
+    read_noise variance of readings, and of what markers tell of legs, against READING_SIGMA's
     """
 
     poses: dict = field(default_factory=dict)
@@ -105,6 +106,7 @@ class Graph:
     expected: dict = field(default_factory=dict)
     slipped: dict = field(default_factory=dict)
     link_noise: float = 1.0
+    read_noise: float = 1.0
 
     def solve(self, robust: bool = True) -> float:
         """Moves poses, places and shares to where all that counts fits best; returns half its squares."""
@@ -133,11 +135,11 @@ class Graph:
     def surprises(self, marginals: Covariance) -> np.ndarray:
         """For each reading the chi-squared (three degrees of freedom) by which it contradicts all others; 0
         where that is little, NaN where nothing else tells of its place."""
-        noise = np.diag(np.square(READING_SIGMA))
+        noise = self.read_noise * np.diag(np.square(READING_SIGMA))
         found = np.full(len(self.readings), np.nan)
         for k, one in enumerate(self.readings):
             off, slope = _reading_error(self.poses[one.passage], self.places[one.place], one.pose)
-            if one.used and np.sum(np.square(off / READING_SIGMA)) < _DOUBTED:
+            if one.used and np.sum(np.square(off / READING_SIGMA)) < _DOUBTED * self.read_noise:
                 found[k] = 0.0
                 continue
             fitted = slope @ marginals.reading(one.passage, one.place) @ slope.T
@@ -163,6 +165,18 @@ class Graph:
             offs.append(off)
             spreads.append(slope @ marginals.leg(a, b, log) @ slope.T)
         return offs, spreads
+
+    def reading_fit(self, marginals: Covariance) -> tuple[float, float]:
+        """(chi-squared of the readings that count, degrees of freedom of these)."""
+        weight = _weight(READING_SIGMA) / self.read_noise
+        squares = freedom = 0.0
+        for one in self.readings:
+            if one.used:
+                off, slope = _reading_error(self.poses[one.passage], self.places[one.place], one.pose)
+                fitted = slope @ marginals.reading(one.passage, one.place) @ slope.T
+                squares += float(off @ weight @ off)
+                freedom += 3 - float(np.sum(weight * fitted))
+        return squares, freedom
 
     def loudness(self) -> float:
         """Noise of the legs as a whole, slips included."""
@@ -190,6 +204,14 @@ class Graph:
         """What a link is off by: mm, mm, rad in the axes of its first place."""
         return _reading_error(self.places[one.first], self.places[one.second], one.pose)[0]
 
+    def distance(self, a: int, b: int) -> tuple[float, np.ndarray]:
+        """(mm between two places, its slope (1, 6) by them in their own axes); where they coincide, it is as
+        long in any direction: that of x is taken."""
+        off = np.subtract(self.places[b], self.places[a])
+        mm = math.hypot(*off[:2])
+        along = np.array([[*(off[:2] / mm), 0.0]] if mm else [[1.0, 0.0, 0.0]])
+        return mm, np.hstack([-along @ axes(self.places[a][2]), along @ axes(self.places[b][2])])
+
     def link_squares(self) -> list[float]:
         """By how much each link is off, in squares of LINK_SIGMA."""
         return [float(np.sum(np.square(self.link_error(one) / LINK_SIGMA))) for one in self.links]
@@ -200,9 +222,9 @@ class Graph:
             yield [("s", log, np.eye(SHARES))], _weight(SHARES_SIGMA)
         for log, a, b, leg in self.legs:
             _, by_a, by_b = _leg_error(self.poses[a], self.poses[b], leg.carried(self.shares[log]))
-            weight = np.linalg.inv(leg.covariance(self.leg_noise(a)))
+            weight = np.linalg.inv(leg.covariance(self.leg_noise(a), self.read_noise))
             yield [("x", a, by_a), ("x", b, by_b), ("s", log, -leg.by_shares)], weight
-        weight = _weight(READING_SIGMA)
+        weight = _weight(READING_SIGMA) / self.read_noise
         for one in self.readings:
             if one.used:
                 slope = _reading_error(self.poses[one.passage], self.places[one.place], one.pose)[1]
@@ -213,10 +235,8 @@ class Graph:
                 slope = _reading_error(self.places[one.first], self.places[one.second], one.pose)[1]
                 yield [("m", one.first, slope[:, :3]), ("m", one.second, slope[:, 3:])], weight
         for a, b, _ in self.distances:
-            off = np.subtract(self.places[b], self.places[a])
-            along = np.array([[*(off[:2] / math.hypot(*off[:2])), 0.0]])
-            slopes = -along @ axes(self.places[a][2]), along @ axes(self.places[b][2])
-            yield [("m", a, slopes[0]), ("m", b, slopes[1])], _weight([DISTANCE_SIGMA_MM])
+            _, slope = self.distance(a, b)
+            yield [("m", a, slope[:, :3]), ("m", b, slope[:, 3:])], _weight([DISTANCE_SIGMA_MM])
         for place, (_, _, heading) in self.given:
             known = *PLACE_SIGMA[:2], PLACE_SIGMA[2] if heading is not None else _UNKNOWN_RAD
             yield [("m", place, np.eye(3))], _weight(known)
@@ -250,10 +270,10 @@ class Graph:
                 gtsam.PriorFactorVector(gtsam.symbol("s", log), np.zeros(SHARES), sigmas(SHARES_SIGMA, False))
             )
         for log, a, b, leg in self.legs:
-            model = noise.Gaussian.Covariance(leg.covariance(self.leg_noise(a)))
+            model = noise.Gaussian.Covariance(leg.covariance(self.leg_noise(a), self.read_noise))
             keys = [gtsam.symbol("x", a), gtsam.symbol("x", b), gtsam.symbol("s", log)]
             factors.add(gtsam.CustomFactor(model, keys, _leg_factor(leg)))
-        readings = sigmas(READING_SIGMA)
+        readings = sigmas(math.sqrt(self.read_noise) * np.array(READING_SIGMA))
         for one in self.readings:
             if one.used:
                 keys = gtsam.symbol("x", one.passage), marker(one.place)

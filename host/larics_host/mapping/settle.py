@@ -23,6 +23,7 @@ from larics_host.mapping.slips import weigh
 _NOISE_RANGE = (2e-4, 0.1)
 _NOISE = 0.001  # that is expected, and counts as much as ...
 _NOISE_FREEDOM = 12  # ... so many degrees of freedom, from which on the drives themselves tell the noise
+_READ_FREEDOM, _READ_RANGE = 20, (0.3, 20.0)  # the same of readings, against what is expected of them
 _LINK_GATE = 36.0  # squares of its sigma by which a link may be off
 _ROUNDS = 15
 _TAKEN_BACK = 12.0  # chi-squared of a reading that fits again
@@ -56,9 +57,10 @@ def settle(
             graph, graph.surprises(marginals), flips, returned, _GATE_CALM if calm else _GATE_FIRST, back
         )
         weighed = weigh(graph, marginals)
+        read = graph.reading_fit(marginals)
         progress(done + 0.25 * (turn + 1) / _ROUNDS)
         # what is wrong strains the wheels as long as it counts
-        if not changed and not weighed.changed and not _heed_noise(graph, weighed) and turn:
+        if not changed and not weighed.changed and not _heed_noise(graph, weighed, read) and turn:
             if calm:
                 break
             calm = True
@@ -92,7 +94,7 @@ def _again_from_here(graph, main):
     graph.legs = legs
 
 
-def _heed_noise(graph, weighed):
+def _heed_noise(graph, weighed, read):
     squares, freedom = graph.squares()
     if freedom < _NOISE_FREEDOM:
         return False
@@ -100,11 +102,15 @@ def _heed_noise(graph, weighed):
         before = graph.link_noise
         graph.link_noise = min(max(before * squares / freedom, 0.1), 100.0)
         return not 0.9 < graph.link_noise / before < 1.1
+    squares, freedom = read
+    was = graph.read_noise
+    share = (squares + _READ_FREEDOM / was) / (freedom + _READ_FREEDOM)
+    graph.read_noise = min(max(was * share, _READ_RANGE[0]), _READ_RANGE[1])
     before = graph.noise
     expected = _NOISE_FREEDOM * _NOISE / before
     share = (weighed.squares + expected) / (weighed.freedom + _NOISE_FREEDOM)
     graph.noise = min(max(before * min(max(share, 0.4), 2.5), _NOISE_RANGE[0]), _NOISE_RANGE[1])
-    return not 0.9 < graph.noise / before < 1.1
+    return not (0.9 < graph.noise / before < 1.1 and 0.85 < graph.read_noise / was < 1.15)
 
 
 def _set_links_aside(graph):

@@ -45,8 +45,8 @@ def weigh(graph: Graph, marginals: Covariance) -> Weighed:
         noises = graph.noise + _SIZES_MM**2 / max(leg.way_mm, 1.0)
         some = 1 - math.exp(-rate * leg.way_mm / 1000)
         likely = np.array([1 - some, *(some * _OF_SIZE)])
-        alone = _alone(off, leg.covariance(before), spread)
-        told = [alone.under(leg.covariance(noise)) for noise in noises]
+        alone = _alone(off, leg.covariance(before, graph.read_noise), spread)
+        told = [alone.under(leg.covariance(noise, graph.read_noise)) for noise in noises]
         scores = np.log(likely) + [one.score for one in told]
         likely = np.exp(scores - scores.max())
         likely /= likely.sum()

@@ -54,8 +54,9 @@ class Leg(NamedTuple):
         """The pose with other shares."""
         return self.pose + self.by_shares @ (shares - self.at)
 
-    def covariance(self, noise: float) -> np.ndarray:
-        return noise * self.by_noise + self.floor
+    def covariance(self, noise: float, floor: float = 1.0) -> np.ndarray:
+        """With noise of the wheels; floor: variance of all else, against what is expected."""
+        return noise * self.by_noise + floor * self.floor
 
 
 class Way:
