@@ -23,6 +23,8 @@ try:
 except ImportError:
     from larics._cpython import const
 
+    OURS = None
+
 WIDE = const(300)
 FAR = -WIDE * 2
 NAME = "limits"
@@ -70,6 +72,7 @@ def test_numbers_are_written_where_they_are_used_and_unused_names_go():
     linked = linker.link(PROGRAM)
     limits, user = linked["box.limits"], linked["box.user"]
     assert "300" in limits and "WIDE" not in limits and "FAR" not in limits and "_OWN" not in limits
+    assert "_cpython" not in limits and "OURS" not in limits
     assert "never" not in limits and "def least" in limits and "const(" not in limits
     assert "TWICE = 2" in limits, "set twice: no constant"
     assert "(300,\n                (-600))" in user

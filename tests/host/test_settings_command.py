@@ -97,8 +97,6 @@ def older_than_the_pc(capsys, file, port, monkeypatch):
     new = Field(250, "novelty", DETECTOR, "int", 2, 0, 9, "", "what 1.1 brought")
     with monkeypatch.context() as patch:
         patch.setattr(setting_rules, "FIELDS", (*FIELDS, new))
-        patch.setitem(setting_rules._BY_NAME, "novelty", new)
-        patch.setitem(setting_rules._BY_KEY, 250, new)
         code, out, _ = settings(capsys, "show", *port)
         assert code == 0 and re.search(r"^novelty +- *$", out, re.MULTILINE) and "margin_min" in out
         patch.setattr("larics_host.commands.settings._TABLE_WIDE", 200)

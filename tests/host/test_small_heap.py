@@ -11,6 +11,7 @@ from larics_host import cli
 from larics_host.flash import (
     build,
     flat_modules,
+    joined_modules,
     machine_code,
     mpy_file,
     short_names,
@@ -28,13 +29,16 @@ HEAP = "480k"  # of the tests' interpreter, whose objects are twice as large as 
 
 FAULTY = {
     "shared/larics/__init__.py": "",
-    "shared/larics/part.py": """
+    "shared/larics/wheel.py": """
 class Wheel:
     def __init__(self, radius):
         self.diameter = 2 * radius
 
     def turn(self, parts):
         return self.diameter // parts
+""",
+    "shared/larics/part.py": """
+from larics.wheel import Wheel
 
 
 class Axle(Wheel):
@@ -128,6 +132,84 @@ def top():
 }
 
 
+# of which only tools, shelf and counter can be one module
+TOGETHER = {
+    "start": """
+import shop
+from shop.tools import cut
+from shop.shelf import Shelf, listed
+from shop import counter, till
+
+
+def main():
+    from shop.late import SIZE, paid
+
+    print(shop.size, cut(2), Shelf(3).top(2), listed(3), counter.cut(5), counter.total([1, 2]), till.opened())
+    print(paid(till), SIZE)
+""",
+    "shop": "size = 7\n",
+    "shop.acting": """
+from shop.tools import cut
+from shop.shelf import size
+
+seen = [cut(size)]
+seen.append(1)
+""",
+    "shop.tools": "from array import array\nsize = 2\ndef cut(n):\n    return n * size + len(array('b'))\n",
+    "shop.shelf": """
+from array import array as row
+from shop import tools
+from shop.tools import cut as saw
+
+size = 9
+
+
+class Shelf:
+    size = 4
+    twice = size * 2
+
+    def __init__(self, cut, size=size):
+        self.cut = cut
+        self.size = size + len(row("b"))
+
+    def top(self, saw):
+        return self.cut, saw, self.size, Shelf.twice, tools.cut(saw), tools.size
+
+
+def listed(size):
+    tools = [saw(size) for size in range(size)]
+    return tools, sorted(tools, key=lambda cut: -cut), {cut: size for cut in tools}
+""",
+    "shop.counter": """
+from shop.tools import cut as saw
+
+
+def cut(tools):
+    return saw(tools) + 1
+
+
+def total(cut):
+    def size():
+        return sum(cut)
+
+    return size(), sum([saw(n) for n in cut])
+""",
+    "shop.till": """
+from shop import acting
+from shop.counter import cut
+
+kept = 0
+
+
+def opened():
+    global kept
+    kept += cut(1)
+    return kept, acting.seen
+""",
+    "shop.late": "from shop import size as SIZE\ndef paid(till):\n    return till.opened()\n",
+}
+
+
 def put(files, folder):
     for name, data in files:
         path = folder / name
@@ -143,8 +225,8 @@ def run(search, code):
 
 @pytest.fixture(scope="module")
 def small():
-    """The whole program as for ROMFS, for the tests' interpreter."""
-    return small_heap.compile_small(ROOT, own_architecture(), True, build.PC_ONLY, CALLED)
+    """The whole program, for the tests' interpreter."""
+    return small_heap.compile_small(ROOT, own_architecture(), False, build.PC_ONLY, CALLED)
 
 
 @pytest.fixture(scope="module")
@@ -207,6 +289,29 @@ def test_modules_with_short_names_are_found_however_they_are_imported(tmp_path):
     assert {"shop", "shop.late"} <= set(together.texts), "what is loaded from outside, in its package"
 
 
+def test_joined_modules_do_what_they_did_apart(tmp_path):
+    def told_by(texts, folder, of_module="%s/__init__.py"):
+        put([(of_module % name.replace(".", "/"), text) for name, text in texts.items()], tmp_path / folder)
+        return run("%s:.frozen" % (tmp_path / folder), "import start\nstart.main()")
+
+    expected = told_by(TOGETHER, "apart")
+    assert expected.startswith("7 4 (3, 2, 4, 8, 4, 2) ([0, 2, 4], [4, 2, 0], ")
+    assert expected.endswith(" 11 (3, 6) (3, [18, 1])\n(6, [18, 1]) 7\n")
+    made = joined_modules.joined(TOGETHER, flat_modules.loaded_together(TOGETHER, (), ()), ())
+    alone = {"start", "shop", "shop.acting", "shop.till", "shop.late"}
+    assert {name for name, parts in made.parts.items() if len(parts) == 1} == alone
+    assert ["shop.counter", "shop.shelf", "shop.tools"] in [sorted(parts) for parts in made.parts.values()]
+    assert told_by(made.texts, "joined") == expected
+    assert told_by(flat_modules.flattened(made.texts, (), ()).texts, "flat", "%s.py") == expected
+
+
+def test_a_joined_module_has_no_more_names_than_cost_nothing(monkeypatch):
+    groups = flat_modules.loaded_together(TOGETHER, (), ())
+    monkeypatch.setattr(joined_modules, "_MOST_NAMES", 8)
+    held = {frozenset(parts) for parts in joined_modules.joined(TOGETHER, groups, ()).parts.values()}
+    assert {frozenset(["shop.tools", "shop.shelf"]), frozenset(["shop.counter"])} < held
+
+
 def test_modules_get_names_that_nothing_else_has():
     texts = {name: text + "def keys(self):\n    return self.format\n" for name, text in IMPORTS.items()}
     flat = flat_modules.flattened(texts, (), ())
@@ -261,7 +366,7 @@ def test_a_traceback_is_translated_into_that_of_the_usual_program(faulty, tmp_pa
     code = "import start\nstart.main()"
     said = run("%s:.frozen" % (tmp_path / "small"), code)
     usual = run("%s:.frozen" % (tmp_path / "usual"), code)
-    assert "part.py" in usual and "part.py" not in said and "Wheel" not in said
+    assert "part.py" in usual and "part.py" not in said and "wheel.py" in usual and "Wheel" not in said
     expected = usual.replace("in turn", "in Wheel.turn").replace("in carry", "in Axle.carry")
     assert tracebacks.translate(said, made.names) == expected
     assert "'Axle' object has no attribute 'colour'" in expected
@@ -282,6 +387,7 @@ def test_without_lines_it_tells_the_functions(faulty, tmp_path, monkeypatch, cap
     told = capsys.readouterr().out
     (tmp_path / "said.txt").write_bytes(said.replace("\n", "\r\n").encode())
     assert 'File "larics/part.py", in Axle.carry\n' in told and "in Wheel.turn|missing\n" in told
+    assert 'File "larics/wheel.py|larics/part.py", in Wheel.turn|missing\n' in told
     assert cli.main(["traceback", str(tmp_path / "said.txt"), "--names", str(kept)]) == 0
     assert capsys.readouterr().out == told
     for names, part in (("{}", "does not hold the names"), ("{", "does not hold the names")):

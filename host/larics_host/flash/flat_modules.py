@@ -51,6 +51,15 @@ def flattened(texts: Mapping[str, str], kernels: Collection[str], keep: Iterable
     return flat
 
 
+def loaded_together(
+    texts: Mapping[str, str], kernels: Collection[str], keep: Iterable[str]
+) -> dict[str, str]:
+    """{module: the first of those that are loaded whenever it is} of all but kernels and what is kept."""
+    trees = {module: ast.parse(text) for module, text in texts.items()}
+    kept = _kept(trees, {*keep, STARTED})
+    return _groups(trees, {module for module in trees if module not in kept and module not in kernels})
+
+
 def _kept(trees, keep):
     kept = {module for module in trees if module in keep or module.split(".")[-1] in keep}
     for module in list(kept):  # and the packages that they lie in

@@ -95,11 +95,11 @@ def link(sources: Mapping[str, str], numbers: Mapping[tuple[str, str], int] | No
 
 
 def _is_fallback(node: ast.AST) -> bool:
-    """Whether this is `try: ... except ImportError: from larics._cpython import ...`."""
+    """Whether this is `try: ... except ImportError: from larics._cpython import ...`, and what goes along."""
     if not isinstance(node, ast.Try) or len(node.handlers) != 1 or node.orelse or node.finalbody:
         return False
     body = node.handlers[0].body
-    return all(isinstance(s, ast.ImportFrom) and s.module == "larics._cpython" for s in body)
+    return any(isinstance(s, ast.ImportFrom) and s.module == "larics._cpython" for s in body)
 
 
 def _without_fallbacks(module: _Module) -> None:

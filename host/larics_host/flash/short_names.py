@@ -3,7 +3,7 @@
 A board holds each name of a program once, with its text and its place in a list that doubles when it is full.
 A name that two different classes or modules have for different things does as well, so that a few dozen are
 enough. Not renamed is what the program does not define itself, what stands in a text (`getattr(x, "name")`,
-settings), names of modules, of keyword arguments, and what hardware or MicroPython may know by that name.
+settings), names of modules, and what hardware or MicroPython may know by that name.
 
 The renaming is one for the whole program, so that `x.name` stays right whatever x is. Two names may become
 the same one only if no module, and no class together with its bases, has both.
@@ -53,12 +53,18 @@ _OF_TYPES = {
 _CLOCK = {"ticks_us", "ticks_ms", "ticks_diff", "ticks_add", "sleep_ms", "time"}  # `time` is handed on
 
 
-def chosen(texts: Mapping[str, str], taken: Iterable[str], keep: Iterable[str] = ()) -> dict[str, str]:
+def chosen(
+    texts: Mapping[str, str],
+    taken: Iterable[str],
+    keep: Iterable[str] = (),
+    sources: Mapping[str, str] | None = None,
+) -> dict[str, str]:
     """{name: its new name} for a program {module: text}, linked.
 
-    taken: all names that its compiled files have; keep: further names that are to stay."""
+    taken: all names that its compiled files have; keep: further names that are to stay; sources: the program
+    before its modules were joined, which tells better what is not of the program."""
     taken = set(taken)
-    program = _Program(texts)
+    program = _Program(texts, texts if sources is None else sources)
     stays = program.stays | set(keep) | set(STATIC) | set(linker.ROOTS)
     free = (name for name in new_names() if name not in taken)
     targets: list[str] = []
@@ -101,33 +107,25 @@ def new_names() -> Iterator[str]:
 
 class _Program:
     """stays   names that must not change
-    spaces  sets of names that must remain different: of each module, of each class with its bases
+    spaces  sets of names that must remain different: of each module, of each class with its bases, and the
+            arguments of each function of which some are given by their names
     loose   names of arguments, which nothing looks for
     """
 
-    def __init__(self, texts: Mapping[str, str]) -> None:
+    def __init__(self, texts: Mapping[str, str], sources: Mapping[str, str]) -> None:
         self.stays = _CLOCK | _OF_TYPES
         self.spaces: list[set[str]] = []
         self.loose: set[str] = set()
-        self._texts = texts
+        self._sources = sources
+        self._keywords: set[str] = set()  # by which arguments are given
         self._anywhere: set[str] = set()  # stored in objects of whatever class
         classes: dict[str, list[tuple[set[str], list[str]]]] = {}
         modules = []
+        for text in sources.values():
+            self._read_foreign(ast.parse(text))
         for module, text in texts.items():
             self.stays.update(module.split("."))
             tree = ast.parse(text)
-            self._read_texts(tree)
-            foreign = self._foreign(tree)
-            self.stays |= foreign
-            self.stays.update(
-                node.attr
-                for node in ast.walk(tree)
-                if isinstance(node, ast.Attribute)
-                and isinstance(node.value, ast.Name)
-                and node.value.id in foreign
-            )
-            if foreign - _PLAIN - {"const"}:
-                self.stays.update(n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute))
             modules.append(self._globals(tree))
             owned: set[ast.AST] = set()
             for node in ast.walk(tree):
@@ -138,7 +136,10 @@ class _Program:
                     classes.setdefault(node.name, []).append((names, bases))
                 if isinstance(node, ast.arguments):
                     args = [*node.posonlyargs, *node.args, *node.kwonlyargs, node.vararg, node.kwarg]
-                    self.loose.update(arg.arg for arg in args if arg is not None)
+                    own = {arg.arg for arg in args if arg is not None}
+                    self.loose |= own
+                    if own & self._keywords:
+                        self.spaces.append(own)
             for node in ast.walk(tree):
                 if node not in owned and _is_stored(node):
                     self._anywhere.add(node.attr)
@@ -147,24 +148,38 @@ class _Program:
                 self.spaces.append(names | self._inherited(bases, classes) | self._anywhere)
         self.spaces += [names | self._anywhere for names in modules]
 
+    def _read_foreign(self, tree: ast.Module) -> None:
+        """Notes what a module takes from outside the program, hands on or may look for there."""
+        self._read_texts(tree)
+        foreign = self._foreign(tree)
+        attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
+        self.stays |= foreign
+        self.stays.update(
+            node.attr for node in attributes if isinstance(node.value, ast.Name) and node.value.id in foreign
+        )
+        keywords = {node.arg for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg}
+        self._keywords |= keywords
+        if foreign - _PLAIN - {"const"}:
+            # private ones are never of others
+            self.stays.update(node.attr for node in attributes if not node.attr.startswith("_"))
+            self.stays.update(keywords)
+
     def _read_texts(self, tree: ast.Module) -> None:
         descriptions = {
             node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)
         }  # docstrings, which are not compiled
         for node in ast.walk(tree):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and node not in descriptions:
-                if re.fullmatch(r"\w+", node.value):
-                    self.stays.add(node.value)
-            elif isinstance(node, ast.keyword) and node.arg:
-                self.stays.add(node.arg)
+            text = node.value if isinstance(node, ast.Constant) and node not in descriptions else None
+            if isinstance(text, str) and re.fullmatch(r"\w+", text):
+                self.stays.add(text)
 
     def _foreign(self, tree: ast.Module) -> set[str]:
         """Names that a module imports from outside the program."""
         names: set[str] = set()
         for node in ast.walk(tree):
             if isinstance(node, ast.Import):
-                found = [alias for alias in node.names if alias.name not in self._texts]
-            elif isinstance(node, ast.ImportFrom) and node.module not in self._texts:
+                found = [alias for alias in node.names if alias.name not in self._sources]
+            elif isinstance(node, ast.ImportFrom) and node.module not in self._sources:
                 found = node.names
                 names.add(str(node.module))
             else:

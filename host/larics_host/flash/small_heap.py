@@ -2,7 +2,8 @@
 
     machine code   of the kernels comes from a C compiler, where there is one for the board
     names          are those that MicroPython has anyway (flash.short_names)
-    modules        have such names, too, without packages; kernels are few modules (flash.flat_modules)
+    modules        have such names, too, without packages; kernels are few modules (flash.flat_modules),
+                   and so is the rest (flash.joined_modules), but where files are read in place
     texts          of errors and of reasons are left out (flash.silent)
     bytecode       is made of native functions, which are few and not called for each pixel
     lines          of the sources are forgotten, but where files are read in place: there they take nothing
@@ -18,7 +19,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from larics_host.flash import build, flat_modules, machine_code, mpy_file, short_names, silent, tracebacks
+from larics_host.flash import (
+    build,
+    flat_modules,
+    joined_modules,
+    machine_code,
+    mpy_file,
+    short_names,
+    silent,
+    tracebacks,
+)
 
 HEAP_BYTES = 448 << 10  # a heap below that is small: the usual program takes 375 KB, and some that it leaves
 _KERNELS = "larics/kernels/"
@@ -43,24 +53,37 @@ class SmallProgram:
 
 
 def compile_small(
-    root: Path, march: str, in_place: bool, also: Sequence[str] = (), keep: Iterable[str] = ()
+    root: Path,
+    march: str,
+    in_place: bool,
+    also: Sequence[str] = (),
+    keep: Iterable[str] = (),
+    loads: Iterable[str] | None = None,
 ) -> SmallProgram:
     """in_place: whether its files are read where they lie, in ROMFS; also: as in build.program; keep: names
-    that are called from outside. Raises UserError with what the compiler of MicroPython says."""
-    try:
-        return _compiled(root, march, in_place, also, keep, "")
-    except machine_code.NoCompiler as error:
-        return _compiled(root, march, in_place, also, keep, str(error))
-
-
-def _compiled(root, march, in_place, also, keep, lacks):
+    that are called from outside; loads: modules that are loaded from there, if not all with such a name.
+    Raises UserError with what the compiler of MicroPython says."""
     keep = set(keep)
+    loads = keep if loads is None else set(loads)
+    try:
+        return _compiled(root, march, in_place, also, keep, loads, "")
+    except machine_code.NoCompiler as error:
+        return _compiled(root, march, in_place, also, keep, loads, str(error))
+
+
+def _compiled(root, march, in_place, also, keep, loads, lacks):
     numbers = {} if lacks else {("parts", "_WITH_SECOND_OPINION"): _WITH_SECOND_OPINION[in_place]}
     linked = build.texts(root, also, numbers, silent.silent)
     usual = {build.module_of(name): name for name in linked}
     kernels = {module for module, name in usual.items() if name.startswith(_KERNELS)}
     modules = {build.module_of(name): _NATIVE.sub("", text) for name, text in linked.items()}
-    flat = flat_modules.flattened(modules, kernels, keep)
+    sources = modules
+    parts = {module: {module: text} for module, text in modules.items()}
+    if not in_place:
+        groups = flat_modules.loaded_together(modules, kernels, loads)
+        joined = joined_modules.joined(modules, groups, kernels)
+        modules, parts = joined.texts, joined.parts
+    flat = flat_modules.flattened(modules, kernels, loads)
     texts = {usual.get(module, module + ".mpy"): text for module, text in flat.texts.items()}
     files = build.compile_texts(texts, march, () if in_place else _NO_LINES)
     read = {name: mpy_file.MpyFile(data) for name, data in files}
@@ -73,20 +96,32 @@ def _compiled(root, march, in_place, also, keep, lacks):
             ],
             march,
         )
-    sources = short_names.file_names(list(flat.texts))
+    places = short_names.file_names(list(flat.texts))
     taken = {name for file in read.values() for name in file.names} - (set(flat.texts) - set(modules))
-    renamed = short_names.chosen(flat.texts, taken, keep)
+    renamed = short_names.chosen(flat.texts, taken, keep, sources)
+    holds = {
+        module: [usual[origin] for first in origins for origin in parts[first]]
+        for module, origins in flat.origins.items()
+    }
     described = {}
     for name, file in read.items():
         module = build.module_of(name)
-        file.names = [sources[module], *[renamed.get(n, n) for n in file.names[1:]]]
-        first = usual[flat.origins[module][0]]
-        described[sources[module]] = tracebacks.described(first, texts[name], renamed)
+        file.names = [places[module], *[renamed.get(n, n) for n in file.names[1:]]]
+        if in_place:
+            described[places[module]] = tracebacks.described(holds[module][0], texts[name], renamed)
+        else:
+            described[places[module]] = tracebacks.together(
+                [
+                    tracebacks.described(usual[origin], text, renamed)
+                    for first in flat.origins[module]
+                    for origin, text in parts[first].items()
+                ]
+            )
     return SmallProgram(
         [(name, file.result()) for name, file in read.items()],
         {"lines": in_place, "files": described},
         lacks,
-        {name: [usual[origin] for origin in flat.origins[build.module_of(name)]] for name in read},
+        {name: holds[build.module_of(name)] for name in read},
     )
 
 

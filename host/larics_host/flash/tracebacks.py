@@ -2,8 +2,9 @@
 
 A build's names are a JSON object {"lines": whether its tracebacks have lines, "files": {what stands for a
 file: {"file": its path, "names": {a name there: attributes and functions of the sources that it may stand
-for}, "classes": the same of classes, "functions": [[first line, last line, name, name there], ...]}}}, kept
-in the user's configuration folder under the program's hash.
+for}, "classes": the same of classes, "functions": [[first line, last line, name, name there], ...]}}}, with
+the path behind each function's names where a file stands for several, kept in the user's configuration folder
+under the program's hash.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,20 @@ def described(name: str, text: str, renamed: Mapping[str, str]) -> dict[str, Any
         "classes": classes,
         "functions": sorted(functions),
     }
+
+
+def together(files: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """What is kept of several, as `described`, that a board holds as one without lines; each function's file
+    is told with it."""
+    names: dict[str, list[str]] = {}
+    classes: dict[str, list[str]] = {}
+    for file in files:
+        for all_of_them, its_own in ((names, file["names"]), (classes, file["classes"])):
+            for short, meant in its_own.items():
+                known = all_of_them.setdefault(short, [])
+                known += [name for name in meant if name not in known]
+    functions = [[*function, file["file"]] for file in files for function in file["functions"]]
+    return {"file": files[0]["file"], "names": names, "classes": classes, "functions": functions}
 
 
 def _note(found, name, renamed):
@@ -82,13 +97,12 @@ def _meanings(known):
 
 def _place(place, known, has_lines):
     number, function = int(place[2]), place[3]
-    text = 'File "%s"' % known["file"]
+    meant = [f for f in known["functions"] if f[3] == function and (not has_lines or f[0] <= number <= f[1])]
+    files = dict.fromkeys([f[4] for f in meant if len(f) > 4]) or [known["file"]]
+    text = 'File "%s"' % "|".join(files)
     if has_lines:
         text += ", line %d" % number
     if function:
-        meant = [
-            f for f in known["functions"] if f[3] == function and (not has_lines or f[0] <= number <= f[1])
-        ]
         text += ", in " + ("|".join(f[2] for f in meant) or function)
     return text
 

@@ -24,18 +24,18 @@ from larics.settings.fields import FIELDS
 
 VERSION = 1
 
-_BY_NAME = {field.name: field for field in FIELDS}
-_BY_KEY = {field.key: field for field in FIELDS}
-
 
 def field(name_or_key):
     """The Field of a name or key; None when there is none."""
-    return _BY_NAME.get(name_or_key) or _BY_KEY.get(name_or_key)
+    for entry in FIELDS:  # seldom asked for: on a board tables of them would take more memory than time
+        if entry.name == name_or_key or entry.key == name_or_key:
+            return entry
+    return None
 
 
 def validate(name, value):
     """None when the setting exists and may have this value, else one line that says why not."""
-    entry = _BY_NAME.get(name)
+    entry = field(name) if isinstance(name, str) else None
     if entry is None:
         return "there is no setting %s" % name
     return entry.reason(value)
@@ -98,7 +98,7 @@ class Settings:
             raise ValueError(reason)
         for name in changes:
             if name != "version":
-                setattr(self, name, _BY_NAME[name].full(changes[name]))
+                setattr(self, name, field(name).full(changes[name]))
 
 
 def load(values, fixed=None):
