@@ -238,3 +238,24 @@ def test_memory_is_stated_and_bounded():
     unknown = Detector(360, 296, 10, 66)
     assert known.memory() < unknown.memory() <= 129 * 1024
     assert len(known.detect(bytes(360 * 296))) < MARKERS
+
+
+def test_rings_partly_covered_are_those_of_a_marker_that_its_cells_tell():
+    """A lamp in the plate hides as much of both rings as makes look-alikes."""
+    finder = detector(second_opinion=False)
+    for marker_id, told in ((1261, [1261]), (5, [])):
+        frame = drawn(marker_id, 1000, 950, 400, 1234)
+        for y in range(20, 60):
+            for x in range(54, 94):
+                if (2 * x - 147) ** 2 + (2 * y - 81) ** 2 < 38 * 38:
+                    frame[y * WIDTH + x] = 250
+        assert [found.marker_id for found in finder.detect(frame)] == told
+
+
+def test_noise_like_faded_ink_makes_no_cell_dark():
+    """The blur-model reader reads both; where white strays far, a cell is dark from halfway on."""
+    for dark, noise, neutral_q8 in ((88, 1, 90), (88, 9, 128)):
+        finder = detector()
+        found = finder.detect(draw(WIDTH, HEIGHT, 1261, 1000, 950, 400, 1234, 100, dark, noise))
+        assert [one.marker_id for one in found] == [1261]
+        assert finder.direct.cells._neutral_q8 == neutral_q8, noise

@@ -8,6 +8,7 @@ from larics.kernels import layouts
 from larics.marker import verdicts
 from larics.marker.id_set import id_set
 from marker_drawing import draw
+from test_cell_reader import reader, show
 
 BIAS = layouts.BIAS
 RADIUS_Q8 = 7680  # 30 px
@@ -350,6 +351,30 @@ def test_limits_of_a_bit():
                 lines.deepen(bit, 215 if depth < 200 else 340)
         lines.deepen(4, depth)
         assert code_verdict(lines, rings) == (expected, marker_id, margin), (radius_q8, depth, stray)
+
+
+def test_lines_beside_one_in_doubt_bind_the_cells():
+    for bit in (1, 2, 3):
+        for marker_id, expected in ((1261, verdicts.ACCEPTED), (1261 ^ 4 >> bit - 1, verdicts.ACCEPTED)):
+            lines = Lines(5)
+            lines.deepen(2 * bit, 100)  # neither a line nor none
+            assert coded_verdict(lines, marker_id) == (expected, marker_id), (bit, marker_id)
+        for other in (1, 2, 3):
+            marker_id = 1261 ^ 4 >> other - 1
+            if other != bit:
+                assert coded_verdict(lines, marker_id)[0] == verdicts.ID_UNCERTAIN, (bit, other)
+    lines = Lines(5)
+    lines.stroke_q8 = 201  # what goes on beyond a coding line leaves none certain
+    assert coded_verdict(lines, 1262) == (verdicts.ACCEPTED, 1262)
+
+
+def coded_verdict(lines, marker_id):
+    """The verdict and the ID where the cells are those of a coded marker."""
+    acceptance = Acceptance(id_set(None, True, False), 0)
+    cells = reader()
+    show(cells, marker_id)
+    verdict = acceptance.code(lines, Rings(), cells, False)
+    return verdict, acceptance.marker_id
 
 
 def halves(bit, near, far, near_mean, far_mean, stray=0, stray_half=7):

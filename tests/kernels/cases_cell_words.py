@@ -27,13 +27,20 @@ def cell_weights(random):
         for noise in (1, 60, 400, 40000):
             for hidden in (0, 5, 11, 24):
                 depths = _depths(random, marker_id, noise, hidden, 40 * hidden)
-                yield (0, 0, ints(48, random), depths, random.below(1 << 24), zeros32(26))
-    yield (0, 0, ints(48, random), zeros32(72), 0, zeros32(26))
+                yield (
+                    (90, 128)[random.below(2)],
+                    0,
+                    ints(48, random),
+                    depths,
+                    random.below(1 << 24),
+                    zeros32(26),
+                )
+    yield (128, 0, ints(48, random), zeros32(72), 0, zeros32(26))
 
 
 def believed_word(random):
     for marker_id in (0, 9, 1261, 4094, 4096):
-        for lines_id in (0, 1, 5, 6, 7):
+        for lines_id in (0, 1, 5, 6, 7, 13, 20, 32, 56):
             for most in (1, 80, 400, 1 << 20):
                 for turned in (0, 1):
                     cost = 1 << 20 if marker_id == 4096 else random.between(0, min(most, 1024))

@@ -225,6 +225,7 @@ class BlurModelReader:
             cells.measure(
                 frame, (rings.x_q10 + 2) >> 2, (rings.y_q10 + 2) >> 2, rings.radius_q8, rings.e1, rings.e2,
                 rings.hx, rings.hy, lines.angle_turn16, self._cell_depth(),
+                lines.noise > _SHARP_NOISE,
             )  # fmt: skip
             cells.fade(rings.amplitude, rings.local_depths(), lines.angle_turn16, True)
         verdict = acceptance.lines(lines, rival, rings.radius_q8, cells)

@@ -48,6 +48,10 @@ _RADII_MM = (190, 205, 228, 236)
 _SHAPE_MOST_Q14 = 4096
 
 
+# share of the way from white to dark at which a cell tells nothing: fading ink and light make dark cells
+# paler, while white stays white, unless noise strays as far
+_NEUTRAL_Q8 = const(90)
+_NEUTRAL_NOISY_Q8 = const(128)
 PLAIN = const(0)  # no cell is dark: the lines tell the ID
 UNKNOWN = const(-1)
 
@@ -88,6 +92,7 @@ class CellReader:
             self._lines_of.append(array("i", weights + [0]))
         self._result = array("i", bytes(4 * _WORD_ITEMS))
         self._hidden = 0
+        self._neutral_q8 = _NEUTRAL_Q8
         self.margin = 0
 
     def memory(self):
@@ -98,14 +103,22 @@ class CellReader:
     def decide(self, lines_id, is_turned=False):
         """Which ID the cells measured last tell: above 7, PLAIN, or UNKNOWN; sets `margin`.
 
-        lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt. is_turned: the code
-        alone says where the orientation line is."""
+        lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt, or plus eight times
+        the lines in doubt, when the others must. is_turned: the code alone says where the orientation line
+        is."""
         if not self._weigh():
             self.margin = 0
             return UNKNOWN
         if self._mirrored:
-            lines_id = mirrored_lines(lines_id)
-        lines = self._lines_of[lines_id]
+            lines_id = mirrored_lines(lines_id & 7) | mirrored_lines(lines_id >> 3) << 3
+        lines = self._lines_of[lines_id & 7]
+        doubt = lines_id >> 3
+        if doubt:
+            lines = self._lines
+            for bit in range(BITS):
+                weight = _LINE_DARK if lines_id >> bit & 1 else -_LINE_WHITE
+                lines[bit] = _BIAS if doubt >> bit & 1 else _BIAS + weight
+            lines[3] = 0
         weights = self._weights
         result = self._result
         if not cell_search.certain_word(0, 0, self._scratch, weights, CELL_ROWS, lines, result):
@@ -161,7 +174,9 @@ class CellReader:
     def _weigh(self):
         """Weighs the cells measured last; False when too few tell anything."""
         weights = self._weights
-        if not cell_words.cell_weights(0, 0, self._scratch, self.depths, self._hidden, weights):
+        if not cell_words.cell_weights(
+            self._neutral_q8, 0, self._scratch, self.depths, self._hidden, weights
+        ):
             return False
         if self._mirrored:
             for cell in range(12):
@@ -176,11 +191,12 @@ class CellReader:
             self._scratch, 0, 0, self._weights, CELL_ROWS, lines, self._allowed, self._result
         )
 
-    def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth):
+    def measure(self, frame, x_q8, y_q8, radius_q8, e1, e2, hx, hy, turn16, depth, noisy):
         """Measures the cells of a marker; False when its shape is none that a pose can have.
 
         e1, e2, hx, hy: ellipse and perspective * 2**14 as in kernels.polar.polar_samples; turn16: clockwise
-        angle of the orientation line in the plane of the marker; depth: of a dark cell, log units."""
+        angle of the orientation line in the plane of the marker; depth: of a dark cell, log units; noisy:
+        white strays towards it as far as faded ink does."""
         if max(max(abs(e1), abs(e2)), max(abs(hx), abs(hy))) > _SHAPE_MOST_Q14:
             return False
         pose = self.pose
@@ -195,6 +211,7 @@ class CellReader:
         pose[_PLACE_SINE_Q14] = sin_q14(turn16) + _BIAS
         pose[_PLACE_DEPTH] = max(1, depth)
         self._hidden = 0
+        self._neutral_q8 = _NEUTRAL_NOISY_Q8 if noisy else _NEUTRAL_Q8
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
@@ -213,6 +230,7 @@ class CellReader:
         angle_turn16 = lines.angle_turn16
         if not kernels.direct_place(rings.fit, 0, 0, COSINE, angle_turn16, self.pose):
             return False
+        self._neutral_q8 = _NEUTRAL_Q8
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
         self.fade(rings.area, rings.outer_means, angle_turn16, is_faint)
         return True

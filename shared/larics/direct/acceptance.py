@@ -40,7 +40,8 @@ _RING_DEVIATION = const(5)
 _RING_USED = const(6)
 _LIGHT_ITEMS = const(6)  # items as in kernels.layouts
 _STROKE_MOST = const(200)  # what goes on between the rings beyond a coding line, 256 = as dark as they
-_IN_DOUBT = const(8)  # instead of an ID
+_IN_DOUBT = const(8)  # times the bits in doubt: instead of an ID from here on,
+_ALL_IN_DOUBT = const(56)  # or of anything
 
 
 class Acceptance:
@@ -106,7 +107,7 @@ class Acceptance:
         cells: the `coded.cell_reader.CellReader` that has measured them, None for the plain family;
         is_turned: they alone say where the orientation line is."""
         pose_margin = self.margin
-        marker_id = _IN_DOUBT
+        marker_id = _ALL_IN_DOUBT
         is_clean = True
         if lines.code_inside:
             code_kernels.code_light(self._light, lines.code)
@@ -114,11 +115,11 @@ class Acceptance:
                 self._rules, lines.code, self._light, rings.fit, rings.inner_means, lines.angle_turn16
             )
             if lines.stroke_q8 > _STROKE_MOST:
-                marker_id = _IN_DOUBT
+                marker_id = _ALL_IN_DOUBT
             is_clean = self._hold(4)
             self.lines_margin = self.margin
         if cells is not None:
-            told = cells.decide(marker_id if is_clean and marker_id != _IN_DOUBT else 0, is_turned)
+            told = cells.decide(marker_id if is_clean else _ALL_IN_DOUBT, is_turned)
             if told > PLAIN and holds(self._allowed, told):
                 margin = min(pose_margin, cells.margin)
                 if margin >= self._margin_min:
@@ -128,15 +129,15 @@ class Acceptance:
             if is_turned:
                 return NO_ORIENTATION
             if told != PLAIN:
-                marker_id = _IN_DOUBT
-            elif marker_id != _IN_DOUBT and is_clean:
+                marker_id = _ALL_IN_DOUBT
+            elif marker_id < _IN_DOUBT and is_clean:
                 if cells.margin < self._margin_min:
-                    marker_id = _IN_DOUBT
+                    marker_id = _ALL_IN_DOUBT
                 else:
                     self.margin = min(self.margin, cells.margin)
         if not is_clean:
             return NOT_EMPTY
-        if marker_id != _IN_DOUBT and holds(self._allowed, marker_id):
+        if marker_id < _IN_DOUBT and holds(self._allowed, marker_id):
             self.marker_id = marker_id
             return ACCEPTED
         if marker_id == 0:

@@ -18,7 +18,7 @@ from larics.direct.acceptance import Acceptance
 from larics.direct.line_reader import LineReader
 from larics.direct.ring_fit import RingFit
 from larics.direct.robust_centre import RobustCentre
-from larics.marker import verdicts
+from larics.marker import ID_COUNT, verdicts
 from larics.marker.detection import NO_SIGMA
 
 TINY_Q8 = const(2304)  # rings below this are too small for sharp rules,
@@ -148,9 +148,18 @@ class DirectReader:
             if not rings.refine(frame, fine_lines, 4, 96) or rings.moved_q10 > _SETTLED_Q10:
                 return verdicts.NO_FIT
         verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8)
-        uneven = verdict == verdicts.POOR_RINGS
-        if uneven:
-            verdict = self._uneven(frame, scale)
+        uneven = covered = False
+        if verdict == verdicts.POOR_RINGS:
+            verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8, True)
+            if verdict == verdicts.ACCEPTED:
+                uneven = self._uneven(frame)
+                # what hides an arc of both hides few cells: they tell whether it is a marker
+                covered = not uneven
+                if covered and self.cells is None:
+                    return verdicts.POOR_RINGS
+                if not rings.refine(frame, 16, 4, 96 if uneven else 48):
+                    return verdicts.NO_FIT
+                verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8, True)
         if verdict != verdicts.ACCEPTED:
             return verdict
         moved_q10 = rings.take_centre(self.robust) if self.robust.fit(rings) else 0
@@ -171,7 +180,7 @@ class DirectReader:
             return verdicts.POOR_RINGS
         lines.follow_code(frame, rings)
         verdict = acceptance.code(lines, rings, cells, self.is_turned)
-        if uneven and verdict == verdicts.ID_UNCERTAIN:
+        if uneven and verdict == verdicts.ID_UNCERTAIN or covered and acceptance.marker_id < ID_COUNT:
             return verdicts.POOR_RINGS
         return verdict
 
@@ -230,15 +239,6 @@ class DirectReader:
         """Whether something hides a part of the outer ring in a sector."""
         return 0 < self.rings.outer_means[16 + sector] < self.rings.area * _BESIDE_LEAST_Q8 >> 8
 
-    def _uneven(self, frame, scale):
-        """The verdict on rings too much of which does not count: a dirty lens may blur one side of them."""
-        rings = self.rings
-        acceptance = self.acceptance
-        verdict = acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8, True)
-        if verdict != verdicts.ACCEPTED:
-            return verdict
-        if not rings.refine_faint(frame, 8, 4, 128) or not acceptance.uneven(rings):
-            return verdicts.POOR_RINGS
-        if not rings.refine(frame, 16, 4, 96):
-            return verdicts.NO_FIT
-        return acceptance.rings(rings, scale.radius_min_q8, scale.radius_max_q8, True)
+    def _uneven(self, frame):
+        """Whether rings too much of which does not count are faint there: a dirty lens may blur one side."""
+        return self.rings.refine_faint(frame, 8, 4, 128) and self.acceptance.uneven(self.rings)

@@ -22,13 +22,16 @@ _LEAST_CELLS = const(12)
 _ALL_WHITE = const(20)  # cells that must have been looked at, for none of them to be dark to tell something
 _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
 # a cell that leaves no doubt weighs 64; to be believed a word must cost that much less than the second,
+_ALL_IN_DOUBT = const(56)  # no line tells anything
 _GAP_LEAST = const(78)
+_GAP_LEAST_NONE = const(48)  # less, and what it contradicts, where that is next to nothing,
+_GAP_LEAST_PART = const(78)  # and twice what it contradicts, where some lines are in doubt,
 _GAP_LEAST_ALONE = const(110)  # without lines that agree,
 _GAP_LEAST_PLAIN = const(80)  # of plain markers, with lines that were read,
 _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
 _COST_MOST_TURNED = const(80)  # that much,
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
-_COST_QUARTERS = const(5)  # and at least as much as the first contradicts,
+_COST_QUARTERS = const(7)  # and at least as much as the first contradicts,
 _COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
 _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
@@ -37,10 +40,11 @@ _STROKE_FEW = const(3)  # and at two places
 
 
 @micropython.viper
-def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int, weights: ptr32) -> int:
+def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: int, weights: ptr32) -> int:
     """What each cell tells: + BIAS, up to 64 above it looks dark, up to 64 below white, BIAS nothing.
 
-    depths: as from `cells.cell_depths`; hidden: as from `cells.local_depths`; scratch: 48 items.
+    neutral: the share of the way from the white level to the dark one at which a cell tells nothing, 1..128
+    / 256; depths: as from `cells.cell_depths`; hidden: as from `cells.local_depths`; scratch: 48 items.
     Levels are the fourth of both ends, since of a coded marker at least 8 cells are dark and 8 white; where
     the darkest are not dark, those of a plain marker.
     What covers a cell looks like white, but is seldom as bright as the white beside the cells that are dark:
@@ -107,9 +111,14 @@ def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int,
         high = _BIAS + 256
         middle = _BIAS + 128
         half = 102
+        above = 83
+        below = 83
     else:
-        middle = (low + high) >> 1
         half = (high - low + 2) >> 1
+        middle = ((high - low) * neutral) >> 8
+        middle += low
+        above = 83 - (((128 - neutral) * 5) >> 4)
+        below = 83 + (((128 - neutral) * 5) >> 4)
     darkest = high + half + half
     lightest = low - half
     # the white beside the dark cells in order, after an item less than any, to know its middle, or where
@@ -122,13 +131,15 @@ def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int,
         if value > darkest or value < lightest:
             weights[i] = _BIAS
         else:
-            value = (value - middle) * 83 // half
+            value = value - middle
             if value > 0:
+                value = value * above // half
                 if value > 64:
                     value = 64
                 if value < 17:
                     value = 0
             else:
+                value = value * below // half
                 if value < 0 - 64:
                     value = 0 - 64
                 if value > 0 - 17:
@@ -196,7 +207,10 @@ def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int,
                 if off > _SHADE and int(depths[i]):
                     # in a shadow ink is less dark against the white beside it
                     value = int(depths[i]) - middle + (middle - low) * off // 768
-                    value = value * 83 // half
+                    if value > 0:
+                        value = value * above // half
+                    else:
+                        value = value * below // half
                     if value > 64:
                         value = 64
                     if value < 0 - 64:
@@ -267,17 +281,25 @@ def cell_weights(value: int, i: int, scratch: ptr32, depths: ptr32, hidden: int,
 def believed_word(lines_id: int, gap: int, is_turned: int, weights: ptr32, result: ptr32) -> int:
     """What is believed of the two likeliest words: 1 + its ID + 4096 * margin of 0..255; 0 for neither.
 
-    lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt. is_turned: 1 where the
-    code alone says where the orientation line is. weights: as from `cell_weights`,
-    of which item 25 counts; result: WORD."""
+    lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt, or plus eight times the
+    lines in doubt, when the others must. is_turned: 1 where the code alone says where the orientation line
+    is. weights: as from `cell_weights`, of which item 25 counts; result: WORD."""
     told = int(result[_WORD_ID])
     cost = int(result[_WORD_COST])
     gap = int(result[_WORD_SECOND]) - cost
     least = _GAP_LEAST_ALONE
-    if lines_id:
+    if lines_id >= _ALL_IN_DOUBT:
+        lines_id = 0
+    elif lines_id > 7:
+        if told and (told ^ lines_id) & (7 ^ (lines_id >> 3)):
+            return 0
+        least = _GAP_LEAST_PART + cost + cost
+    elif lines_id:
         # one stroke across a plain plate, such as its own edge, contradicts it but once
         plain = int(weights[25])
         least = _GAP_LEAST
+        if cost < _GAP_LEAST - _GAP_LEAST_NONE:
+            least = _GAP_LEAST_NONE + cost
         if told == 0 or plain < cost:
             least = _GAP_LEAST_PLAIN
             if told:

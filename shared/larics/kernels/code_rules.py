@@ -151,8 +151,8 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
     """Writes four rules, on what must be empty and on the three bits, and returns the ID.
 
     code: POSITION for each of eight; light: LIGHT; fit: FIT; inner_means: `ring_harmonics` of the inner ring;
-    angle: of the orientation line, 0..65535 of a turn. Returns 8 when a bit is in doubt; its rule is then
-    kept by far."""
+    angle: of the orientation line, 0..65535 of a turn. A bit in doubt is left out of the ID and added eight
+    times as high instead, so that 8 and more is no ID; its rule is kept by far."""
     level = int(light[_LIGHT_LEVEL])
     faded = _FADED + int(light[_LIGHT_STRAY])
     if faded > _FADED_MOST:
@@ -179,7 +179,6 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
         pale = _ONE_MOST
     pale = (pale * _PALE_ONE_Q8) >> 8
     marker_id = 0
-    doubt = 0
     bit = 1
     while bit < 4:
         slot = bit * 2 * _POSITION_ITEMS
@@ -199,6 +198,7 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
             glare = 0
         own_zero_most = zero_most - (glare >> 1)  # light that is added to a line makes it shallower
         marker_id = marker_id + marker_id
+        in_doubt = 0
         rules[rule] = _BIAS + 65536
         rules[rule + 1] = 1
         if depth > _ONE_MOST or depth < 0 - _PALER_MOST:
@@ -220,24 +220,24 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
                 if depth + depth - half < _HALF_LEAST or int(light[_LIGHT_STRAY]) > _STRAY_MOST:
                     signs = 2
             if signs > 1:
-                doubt = 1
+                in_doubt = 1
             else:
                 rules[rule] = depth - one_least + _BIAS
                 rules[rule + 1] = _ONE_DOUBT
         elif depth > own_zero_most or glare > _GLARE_MOST or bump > _BUMP_MOST:
-            doubt = 1
+            in_doubt = 1
         elif bright > _SPOT_BRIGHT and bright - int(light[_LIGHT_THIRD]) > _SPOT_MOST:
-            doubt = 1
+            in_doubt = 1
         elif bright > _BLEACHED and glare > _BRIGHT and depth > _BRIGHT_DEPTH:
-            doubt = 1
+            in_doubt = 1
         elif half > half_faded or int(code[slot + _POSITION_ROUGH]) > _ROUGHEST:
-            doubt = 1
+            in_doubt = 1
         elif (
             depth * 2 > _FADED_LEAST
             and depth * 2 > faded - glare
             and (bright > _HIGH or int(light[_LIGHT_STRAY]) > _CALM)
         ):
-            doubt = 1
+            in_doubt = 1
         else:
             # of what need not mean anything, two signs do
             signs = 0
@@ -275,14 +275,14 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
                 if opposite or int(light[_LIGHT_STRAY]) > _UNEVEN:
                     signs = 2
             if signs > 1:
-                doubt = 1
+                in_doubt = 1
             else:
                 distance = own_zero_most - depth
                 if bright >= _CLIPPED and distance > _CLIPPED_DISTANCE:
                     distance = _CLIPPED_DISTANCE
                 rules[rule] = distance + _BIAS
                 rules[rule + 1] = _ZERO_DOUBT
+        if in_doubt:
+            marker_id = (marker_id & 65534) + 8
         bit += 1
-    if doubt:
-        return 8
     return marker_id

@@ -221,16 +221,26 @@ def believed_word(before, after, result):
     lines_id, _, turned, weights, (told, cost, second, _, _) = before
     believed = result & 4095
     costs = {told: cost}
+    doubt = lines_id >> 3
+    least = 110
+    if 0 < doubt < 7:
+        least = 78 + 2 * cost
+        if told and (told ^ lines_id) & ~doubt & 7:
+            assert result == 0
+            return
+    if doubt:
+        lines_id = 0
     if lines_id:
         costs[0] = weights[25]  # even where the empty word was found, which counts each dark cell
     first = min(costs, key=lambda one: (costs[one], one))
     gap = min([second, *(costs[other] for other in costs if other != first)]) - costs[first]
     if lines_id and first == 0 < told:
         gap = cost - costs[0]
-    least = 110 if not lines_id else 78 if first else 80
+    if lines_id:
+        least = min(78, 48 + costs[first]) if first else 80
     if turned:
         least = 78
-    quarters = 5 if first else 2
+    quarters = 7 if first else 2
     refused = gap < least or 4 * gap < quarters * costs[first] or (turned and costs[first] > 80)
     if refused or (lines_id and first and first & 7 != lines_id):
         assert result == 0
