@@ -295,6 +295,7 @@ class Carrier:
     state = MOTION_NONE + 1
     doubted = False
     shares = None
+    x_mm10, y_mm10, heading_cdeg = 31, 37, 41
 
     def __init__(self, x_mm10, y_mm10, cdeg):
         self.sigma_x_mm10, self.sigma_y_mm10, self.sigma_cdeg = x_mm10, y_mm10, cdeg
@@ -479,12 +480,16 @@ def test_when_odometry_does_not_carry_the_pose_on():
         found.carrier.correlation_q14, found.carrier.way_mm = 11, 13
         found._tell_carried()
         assert (found.sigma_mm10, found.sigma_cdeg, found.correlation_q14, found.way_mm) == (5, 7, 11, 13)
+        assert (found.x_mm10, found.y_mm10, found.heading_cdeg) == (31, 37, 41)
+        found._expect_carried()
+        assert list(found._guess) == [31, 37, 41]
+        assert found._gate.place_mm10 == 150 + 6 * 5 + 6 and found._gate.turn_cdeg == 200 + 6 * 7 + 3
 
 
 def test_a_fix_ends_the_way_by_odometry():
     found, time_us = standing(5)
     assert found.way_mm == WAY_UNKNOWN
-    found._is_carried, found._take_carried = lambda odometry, time_us: True, lambda: None
+    found._is_carried, found._expect_carried = lambda odometry, time_us: True, lambda: None
     found.update([measured(3, 0)], 1, time_us + FRAME_US)
     assert found.state == TRACKING and found.way_mm == 0
 

@@ -3,8 +3,9 @@
 from array import array
 
 from larics.arith.fixed import isqrt
+from larics.arith.tables import QUARTER_SINE_Q14
 from larics.kernels.covariance import grow
-from larics.kernels.odometry import settle
+from larics.kernels.odometry import advance, settle
 from larics.locate.carrier import Carrier, Fix
 from larics.locate.odometry import KEPT, Odometry
 from larics.locate.odometry_shares import OdometryShares, Share
@@ -210,11 +211,17 @@ def placed(x_mm10=0, heading_cdeg=0, entry=0):
     return fix
 
 
+def told_so(shares, forward_mm10, way_mm10, turn_cdeg):
+    """Odometry told that."""
+    shares.sums[0] = shares.sums[1] = forward_mm10
+    shares.sums[2], shares.sums[3] = way_mm10, turn_cdeg
+
+
 def judged(way_mm10, turn_cdeg=0, entry=1, x_mm10=None, heading_cdeg=None, near=False):
     """How the leg from a first marker is judged: odometry told so much, the markers the rest."""
     shares = Shares()
     shares.compare(placed(), Told(), 0, 0)
-    shares.carry(way_mm10, way_mm10, turn_cdeg)
+    told_so(shares, way_mm10, way_mm10, turn_cdeg)
     x_mm10 = way_mm10 if x_mm10 is None else x_mm10
     heading_cdeg = turn_cdeg if heading_cdeg is None else heading_cdeg
     told = Told(way_mm10, turn_cdeg % 36000)
@@ -274,7 +281,7 @@ def test_a_short_way_teaches_no_share():
         assert (shares.scale._weight > 0) == learns
         shares = Shares()
         shares.compare(placed(), Told(), 0, 0)
-        shares.carry(10 * told_mm, 3000, 0)
+        told_so(shares, 10 * told_mm, 3000, 0)
         shares.compare(placed(3000, 0, 1), Told(3000), 0, 0)
         assert (shares.drift._weight > 0) == learns
     shares = Share(0, 1000)
@@ -402,16 +409,16 @@ def test_a_share_that_is_the_same_for_all_ways_is_no_noise():
 def test_a_short_way_tells_nothing_of_the_noise():
     for way, entry, legs in ((3000, 1, 0), (3001, 1, 1), (15000, 0, 0), (15001, 0, 1)):
         made, fix = carrier()
-        made._way, fix.entry = way, entry  # to another marker, and below the same one
+        made._path[5], fix.entry = way, entry  # to another marker, and below the same one
         made.fix(fix)
         assert made._legs == legs and made.turn_noise._known == legs
     for distance, learns in ((3000, False), (3001, True), (120000, True), (120001, False)):
         made, fix = carrier()
-        made._rx, fix.x_mm10 = distance << 4, distance
+        made._path[1], fix.x_mm10 = distance << 4, distance
         made._hear_noise(fix)
         assert (made.shares.scale._weight > 0) == (made.way_noise._known == 1) == learns, distance
         made, fix = carrier()
-        made._rx, fix.x_mm10, fix.moved = distance << 4, distance, True
+        made._path[1], fix.x_mm10, fix.moved = distance << 4, distance, True
         made._hear_noise(fix)
         assert made.shares.scale._weight == made._legs == 0
 
@@ -423,7 +430,7 @@ def test_a_leg_tells_of_the_noise_along_the_way_and_of_that_of_turns():
         ({"heading_cdeg": 2000}, False, True),
     ):
         made, fix = carrier()
-        made._rx = 5000 << 4
+        made._path[1] = 5000 << 4
         fix.x_mm10 = 5000
         for name, value in off.items():
             setattr(fix, name, getattr(fix, name) + value)
@@ -458,6 +465,39 @@ def test_a_heading_that_may_be_wrong_to_either_side_makes_the_way_shorter():
     assert isqrt(one[0] >> 4) == 95 and one[2] > 40 * other[2] > 0 == other[0]  # along the way, and across it
     one = grown(40000 << 8, 16000, 16000, 30)
     assert -one[0] < one[1] < 0  # what is across the way outweighs it
+
+
+def advanced(dx=0, turn=0, passed_ms=20, known=1, path=(), sums=()):
+    """Path and sums after an increment of the odometry; path, sums: items that are not 0 before it."""
+    items, told = array("i", [0] * 14), array("i", [0] * 4)
+    items[13] = 150
+    for at, value in path:
+        items[at] = value
+    for at, value in sums:
+        told[at] = value
+    advance(0, 0, items, told, QUARTER_SINE_Q14, dx, 0, turn, 0, passed_ms, known)
+    return items, told
+
+
+def test_how_far_a_path_and_its_sums_go():
+    for path, at, value in (
+        (((5, (1 << 24) - 100),), 5, 1 << 24),  # way
+        (((7, 179950),), 7, 180000),  # turned
+        (((7, -180000),), 8, 179900),  # and to either side, at most
+    ):
+        assert advanced(100, 100, path=path)[0][at] == value, at
+    assert advanced(0, -100, path=((7, -179950),))[0][7] == -180000
+    assert advanced(1599)[0][9] == 7995 and advanced(1601)[0][9] == 8000  # mm/s
+    for summed in (True, False):
+        for at, last in ((2, 159999), (3, 159999), (3, -159999)):
+            last += (0 if summed else 1) * (1 if last > 0 else -1)
+            told = advanced(100, 50, sums=((at, last),))[1]
+            assert (told[0] == told[1] == 100) == summed, (at, last)
+            assert (told[at] != last) == summed
+    path, told = advanced(100, 50, known=0)
+    assert told[0] == 100 and list(path) == [0] * 9 + [500] + [0] * 3 + [150]
+    path, told = advanced(-100, 1719)  # 300 mm between the wheels: 45 mm each
+    assert list(told) == [-99, 99, 450, 1719] and path[5] == path[6] == 450
 
 
 class Pieces(Carrier):

@@ -74,10 +74,21 @@ def advance(random):
         turn, told = random.between(-18000, 17999), random.between(0, 40000)
         if number % 3:
             dx, dy, turn = dx // 50, dy // 50, turn // 50
-        shares = random.between(-1024, 1024), random.between(-4096, 4096), random.between(-16384, 16384)
-        heading_q6 = random.between(0, 2303999)
-        out = array("i", [0] * 4)
-        yield out, QUARTER_SINE_Q14, dx, dy, turn, told, heading_q6, shares[0], shares[1], shares[2]
+        path = [
+            random.between(0, 2303999),
+            random.between(-9000000, 9000000),
+            random.between(-9000000, 9000000),
+        ]
+        path += [random.between(-9000, 9000), random.between(-9000, 9000), (1 << 24) - random.below(9000)]
+        path += [random.below(640), random.between(-180000, 180000), random.below(180001), 0]
+        path += [random.between(-1024, 1024), random.between(-4096, 4096), random.between(-16384, 16384)]
+        path.append(random.below(5001))
+        sums = [random.between(-160000, 160000), random.below(160000)]
+        sums += [random.below(170000), random.between(-170000, 170000)]
+        passed_ms, known = random.between(1, 2000), int(number % 8 > 0)
+        yield (
+            0, 0, array("i", path), array("i", sums), QUARTER_SINE_Q14, dx, dy, turn, told, passed_ms, known,
+        )  # fmt: skip
 
 
 CASES = {"advance": advance, "admit": admit, "hear": hear, "settle": settle, "pose_at": pose_at}

@@ -302,3 +302,27 @@ COVARIANCE_SIGMA_Y = const(17)
 COVARIANCE_SIGMA_CDEG = const(18)
 COVARIANCE_CORRELATION = const(19)  # of x and y, Q14
 COVARIANCE_ITEMS = const(20)
+
+# PATH, of the vehicle since a marker, as odometry carries it on (locate.carrier, kernels.odometry)
+PATH_HEADING_Q6 = const(0)  # of the vehicle, 0.01 degrees
+PATH_X = const(1)  # since the marker, 0.1 mm Q4
+PATH_Y = const(2)
+PATH_NEW_X = const(3)  # since the covariance grew
+PATH_NEW_Y = const(4)
+PATH_WAY = const(5)  # since the marker, turns of wheels counted, 0.1 mm
+PATH_SINCE = const(6)  # since the covariance grew
+PATH_TURNED = const(7)  # since the marker, 0.01 degrees
+PATH_TURNED_MOST = const(8)  # to either side
+PATH_SPEED = const(9)  # of the last increment, mm/s
+PATH_SCALE_Q12 = const(10)  # what odometry leaves out: OdometryShares
+PATH_TURN_Q14 = const(11)
+PATH_DRIFT_Q16 = const(12)
+PATH_HALF_TRACK = const(13)  # mm
+PATH_ITEMS = const(14)
+
+# SUMS, what odometry told since a marker or a while ago (locate.odometry_shares)
+SUMS_FORWARD = const(0)  # 0.1 mm
+SUMS_DRIVEN = const(1)  # to and fro
+SUMS_WAY = const(2)  # turns of wheels counted
+SUMS_TURNED = const(3)  # 0.01 degrees
+SUMS_ITEMS = const(4)

@@ -86,6 +86,32 @@ _AHEAD_US = const(200000)  # for so long the last motion is carried on ...
 _BASE_US = const(10000)  # ... as it was over at least so long
 
 
+# `path` and `sums` of a pose that is carried
+_PATH_HEADING_Q6 = const(0)
+_PATH_X = const(1)
+_PATH_Y = const(2)
+_PATH_NEW_X = const(3)
+_PATH_NEW_Y = const(4)
+_PATH_WAY = const(5)
+_PATH_SINCE = const(6)
+_PATH_TURNED = const(7)
+_PATH_TURNED_MOST = const(8)
+_PATH_SPEED = const(9)
+_PATH_SCALE_Q12 = const(10)
+_PATH_TURN_Q14 = const(11)
+_PATH_DRIFT_Q16 = const(12)
+_PATH_HALF_TRACK = const(13)
+_SUMS_FORWARD = const(0)
+_SUMS_DRIVEN = const(1)
+_SUMS_WAY = const(2)
+_SUMS_TURNED = const(3)
+
+_FURTHEST_MM10 = const(160000)  # of a way that is compared, and so much in 0.01 degrees
+_FASTEST_MM_S = const(8000)
+_LONGEST_WAY = const(1 << 24)
+_MOST_TURNED = const(180000)
+
+
 @micropython.viper
 def hear(mask: int, sign: int, clock: ptr32) -> int:
     """Takes the message whose times are in `clock`. 0 when the two clocks leapt apart: nothing is known; 2
@@ -380,19 +406,24 @@ def pose_at(mask: int, sign: int, ring: ptr32, time_us: int, out: ptr32) -> int:
 
 @micropython.viper
 def advance(
-    out: ptr32, sines: ptr8, dx: int, dy: int, turn: int, told: int, heading_q6: int,
-    scale_q12: int, turn_q14: int, drift_q16: int,
-):  # fmt: skip
-    """An increment of odometry (0.1 mm in its frame, 0.01 degrees) from its heading `told` on, carried over
-    to a vehicle of that heading: out[0] forward as told, out[1] turned (Q6), out[2], out[3] x and y (Q4).
+    mask: int, sign: int, path: ptr32, sums: ptr32, sines: ptr8, dx: int, dy: int, turn: int, told: int,
+    passed_ms: int, known: int,
+) -> int:  # fmt: skip
+    """An increment of odometry (0.1 mm in its frame, 0.01 degrees, in so many ms) from its heading `told` on,
+    into what is summed up for its shares and, when the pose is known, into its path. Returns the way since
+    the covariance grew. mask, sign: any.
 
     |dx| + |dy| < 7000; sines: arith.tables.QUARTER_SINE_Q14; the shares of way and turn that odometry leaves
-    out, and of turn per way (mrad a mm), each below a quarter."""
+    out, and of turn per way (mrad a mm), are each below a quarter."""
+    mask = _MASK
+    sign = _SIGN
+    heading_q6 = int(path[_PATH_HEADING_Q6])
     turn_q6 = turn << 6
-    turn_q6 += (turn_q6 >> 4) * turn_q14 >> 10
+    turn_q6 += (turn_q6 >> 4) * (((int(path[_PATH_TURN_Q14]) & mask) ^ sign) - sign) >> 10
     angle = ((told + (turn >> 1)) % 36000 * 2048 + 562) // 1125
     forward = 0
     left = 0
+    way = 0
     sin = 0
     cos = 0
     k = 0
@@ -400,8 +431,9 @@ def advance(
         if k == 2:
             forward = ((dx << 2) * cos + (dy << 2) * sin + 2048) >> 12
             left = ((dy << 2) * cos - (dx << 2) * sin + 2048) >> 12
-            out[0] = forward >> 4
-            turn_q6 += (drift_q16 * (forward >> 4) >> 10) * 37 >> 6
+            way = forward >> 4
+            value = (((int(path[_PATH_DRIFT_Q16]) & mask) ^ sign) - sign) * way >> 10
+            turn_q6 += value * 37 >> 6
             angle = (((heading_q6 + (turn_q6 >> 1)) >> 6) % 36000 * 2048 + 562) // 1125
         at = angle
         if k & 1:
@@ -425,10 +457,58 @@ def advance(
         else:
             sin = value
         k += 1
-    forward += (forward >> 1) * scale_q12 >> 11
-    left += (left >> 1) * scale_q12 >> 11
+    # the way of wheels, by which noise grows
+    told = turn
+    if told < 0:
+        told = 0 - told
+    angle = way
+    if way < 0:
+        way = 0 - way
+    rest = told * int(path[_PATH_HALF_TRACK]) // 573
+    k = ((int(sums[_SUMS_TURNED]) & mask) ^ sign) - sign
+    if int(sums[_SUMS_WAY]) < _FURTHEST_MM10:  # beyond it nothing is compared
+        if k < _FURTHEST_MM10 and k > 0 - _FURTHEST_MM10:
+            sums[_SUMS_FORWARD] = (((int(sums[_SUMS_FORWARD]) & mask) ^ sign) - sign) + angle
+            sums[_SUMS_DRIVEN] = int(sums[_SUMS_DRIVEN]) + way
+            if rest > way:
+                sums[_SUMS_WAY] = int(sums[_SUMS_WAY]) + rest
+            else:
+                sums[_SUMS_WAY] = int(sums[_SUMS_WAY]) + way
+            sums[_SUMS_TURNED] = k + turn
+    if rest > way:
+        way = rest
+    rest = way * 100 // passed_ms
+    if rest > _FASTEST_MM_S:
+        rest = _FASTEST_MM_S
+    path[_PATH_SPEED] = rest
+    if known == 0:
+        return 0
+    k = ((int(path[_PATH_SCALE_Q12]) & mask) ^ sign) - sign
+    forward += (forward >> 1) * k >> 11
+    left += (left >> 1) * k >> 11
     forward = (forward + 2) >> 2
     left = (left + 2) >> 2
-    out[1] = turn_q6
-    out[2] = (forward * cos - left * sin + 2048) >> 12
-    out[3] = (forward * sin + left * cos + 2048) >> 12
+    k = (forward * cos - left * sin + 2048) >> 12
+    path[_PATH_X] = (((int(path[_PATH_X]) & mask) ^ sign) - sign) + k
+    path[_PATH_NEW_X] = (((int(path[_PATH_NEW_X]) & mask) ^ sign) - sign) + k
+    k = (forward * sin + left * cos + 2048) >> 12
+    path[_PATH_Y] = (((int(path[_PATH_Y]) & mask) ^ sign) - sign) + k
+    path[_PATH_NEW_Y] = (((int(path[_PATH_NEW_Y]) & mask) ^ sign) - sign) + k
+    path[_PATH_HEADING_Q6] = (heading_q6 + turn_q6) % 2304000
+    k = int(path[_PATH_WAY]) + way
+    if k > _LONGEST_WAY:
+        k = _LONGEST_WAY
+    path[_PATH_WAY] = k
+    way += int(path[_PATH_SINCE])
+    path[_PATH_SINCE] = way
+    k = (((int(path[_PATH_TURNED]) & mask) ^ sign) - sign) + turn
+    if k > _MOST_TURNED:
+        k = _MOST_TURNED
+    if k < 0 - _MOST_TURNED:
+        k = 0 - _MOST_TURNED
+    path[_PATH_TURNED] = k
+    if k < 0:
+        k = 0 - k
+    if k > int(path[_PATH_TURNED_MOST]):
+        path[_PATH_TURNED_MOST] = k
+    return way

@@ -40,7 +40,21 @@ _LEAST_Q4 = const(-48)  # against the noise that depends on no speed: less no sh
 _LEARN_MM10 = const(3000)  # a shorter way teaches nothing, nor does one under the same marker that is shorter
 _LEARN_AGAIN_MM10 = const(15000)  # than this: wheels go wrong for 0.3 s, and the camera's errors cancel
 _MOST_MM10 = const(7000)  # of one increment
-_MOST_TURNED_CDEG = const(180000)
+_PATH_HEADING_Q6 = const(0)
+_PATH_X = const(1)
+_PATH_Y = const(2)
+_PATH_NEW_X = const(3)
+_PATH_NEW_Y = const(4)
+_PATH_WAY = const(5)
+_PATH_SINCE = const(6)
+_PATH_TURNED = const(7)
+_PATH_TURNED_MOST = const(8)
+_PATH_SPEED = const(9)
+_PATH_SCALE_Q12 = const(10)
+_PATH_TURN_Q14 = const(11)
+_PATH_DRIFT_Q16 = const(12)
+_PATH_HALF_TRACK = const(13)
+_PATH_ITEMS = const(14)
 _COVARIANCE_XX = const(0)
 _COVARIANCE_XY = const(1)
 _COVARIANCE_YY = const(2)
@@ -102,11 +116,9 @@ class Carrier:
         self._odometry = None
         self._epoch = self._jumps = -1
         self._last_x = self._last_y = self._last_heading = self._last_us = 0
-        self._x0 = self._y0 = self._heading_q6 = 0
-        self._rx = self._ry = self._px = self._py = 0
-        self._way = self._since = self._turned = self._turned_most = 0
-        self._speed_mm_s = 0
-        self._moved = array("i", [0] * 4)
+        self._x0 = self._y0 = 0
+        path = self._path = array("i", [0] * _PATH_ITEMS)
+        path[_PATH_HALF_TRACK] = model.half_track_mm
         items = self._items = array("i", [0] * _COVARIANCE_ITEMS)
         items[_COVARIANCE_NOISE_Q4] = model.noise_q4
         items[_COVARIANCE_HASTE_US] = model.speed_noise_us
@@ -117,20 +129,21 @@ class Carrier:
         """A marker put the vehicle there, a Fix. Learns from it."""
         if self._odometry is None:
             return
-        if self.known and self._way > (_LEARN_AGAIN_MM10 if fix.entry == self._entry else _LEARN_MM10):
+        path = self._path
+        if self.known and path[_PATH_WAY] > (_LEARN_AGAIN_MM10 if fix.entry == self._entry else _LEARN_MM10):
             self._hear_noise(fix)
         if fix.entry != self._entry:
             self._entry, self._near_ms = fix.entry, 0
         near = self._legs <= _NEAR_LEGS
-        ended = self.shares.compare(fix, self._odometry, self._speed_mm_s, self.turn_noise.q4, near)
+        ended = self.shares.compare(fix, self._odometry, path[_PATH_SPEED], self.turn_noise.q4, near)
         if ended and near:
             if self.shares.way_mm10 <= _NEAR_MOST_MM10:
                 self._look_closely(fix)
             self._near_ms = 0
         self._x0, self._y0 = fix.x_mm10, fix.y_mm10
-        self._heading_q6 = fix.heading_cdeg << 6
-        self._rx = self._ry = self._px = self._py = 0
-        self._way = self._since = self._turned = self._turned_most = 0
+        path[_PATH_HEADING_Q6] = fix.heading_cdeg << 6
+        path[_PATH_X] = path[_PATH_Y] = path[_PATH_NEW_X] = path[_PATH_NEW_Y] = 0
+        path[_PATH_WAY] = path[_PATH_SINCE] = path[_PATH_TURNED] = path[_PATH_TURNED_MOST] = 0
         items = self._items
         items[_COVARIANCE_XX] = items[_COVARIANCE_YY] = _variance_q4(fix)
         items[_COVARIANCE_XY] = items[_COVARIANCE_XT] = items[_COVARIANCE_YT] = 0
@@ -189,53 +202,47 @@ class Carrier:
 
     def _advance(self, dx, dy, turn_cdeg, told_cdeg, passed_ms):
         """An increment of the odometry from its heading told_cdeg on: 0.1 mm, 0.01 degrees."""
-        shares, moved, heading_q6 = self.shares, self._moved, self._heading_q6
-        scale_q12, turn_q14 = shares.scale.value_q20 >> 8, shares.turn.value_q20 >> 6
-        drift_q16 = shares.drift.value_q20 >> 4
-        advance(
-            moved, QUARTER_SINE_Q14, dx, dy, turn_cdeg, told_cdeg, heading_q6, scale_q12, turn_q14, drift_q16
+        shares = self.shares
+        if shares.changed:
+            self._take_shares()
+        known = 1 if self.known else 0
+        since = advance(
+            0, 0, self._path, shares.sums, QUARTER_SINE_Q14, dx, dy, turn_cdeg, told_cdeg, passed_ms, known
         )
-        forward_mm10 = moved[0]
-        way = max(abs(forward_mm10), abs(turn_cdeg) * self._model.half_track_mm // 573)
-        shares.carry(forward_mm10, way, turn_cdeg)
         if self._legs <= _NEAR_LEGS:
             self._near_ms = min(_NEAR_MOST_MS, self._near_ms + passed_ms)
-        self._speed_mm_s = min(8000, way * 100 // passed_ms)
-        if not self.known:
-            return
-        dx, dy = moved[2], moved[3]
-        self._rx += dx
-        self._ry += dy
-        self._px += dx
-        self._py += dy
-        self._heading_q6 = (heading_q6 + moved[1]) % 2304000
-        self._way = min(1 << 24, self._way + way)
-        self._since += way
-        self._turned = max(-_MOST_TURNED_CDEG, min(_MOST_TURNED_CDEG, self._turned + turn_cdeg))
-        self._turned_most = max(self._turned_most, abs(self._turned))
-        if self._since >= _STEP_MM10:
+        if since >= _STEP_MM10:
             self._grow()
 
-    def _grow(self):
-        """The covariance follows the way since it did so last."""
-        items, shares = self._items, self.shares
+    def _take_shares(self):
+        shares, path, items = self.shares, self._path, self._items
+        shares.changed = False
+        path[_PATH_SCALE_Q12] = shares.scale.value_q20 >> 8
+        path[_PATH_TURN_Q14] = shares.turn.value_q20 >> 6
+        path[_PATH_DRIFT_Q16] = shares.drift.value_q20 >> 4
         items[_COVARIANCE_SCALE_SIGMA] = shares.scale.sigma_q20
         items[_COVARIANCE_DRIFT_SIGMA] = shares.drift.sigma_q20
         items[_COVARIANCE_TURN_SIGMA] = shares.turn.sigma_q20
-        way_mm = min(self._way // 10, 16383)  # further, the systematic shares grow no more: it is lost before
-        turned = mrad_q4(self._turned_most) >> 4
+
+    def _grow(self):
+        """The covariance follows the way since it did so last."""
+        if self.shares.changed:
+            self._take_shares()
+        path = self._path
+        way_mm = min(path[_PATH_WAY] // 10, 16383)  # further, the shares grow no more: it is lost before
+        turned = mrad_q4(path[_PATH_TURNED_MOST]) >> 4
         grow(
-            0, 0, items, self._px, self._py, self._since, self._speed_mm_s, self.way_noise.q4,
-            self.turn_noise.q4, way_mm, turned,
+            0, 0, self._items, path[_PATH_NEW_X], path[_PATH_NEW_Y], path[_PATH_SINCE], path[_PATH_SPEED],
+            self.way_noise.q4, self.turn_noise.q4, way_mm, turned,
         )  # fmt: skip
-        self._since = self._px = self._py = 0
+        path[_PATH_SINCE] = path[_PATH_NEW_X] = path[_PATH_NEW_Y] = 0
         self._grown = True
 
     def _tell(self):
-        self.x_mm10 = self._x0 + (self._rx >> 4)
-        self.y_mm10 = self._y0 + (self._ry >> 4)
-        self.heading_cdeg = (self._heading_q6 >> 6) % 36000
-        self.way_mm = min(WAY_UNKNOWN, self._way // 10)
+        self.x_mm10 = self._x0 + (self._path[_PATH_X] >> 4)
+        self.y_mm10 = self._y0 + (self._path[_PATH_Y] >> 4)
+        self.heading_cdeg = (self._path[_PATH_HEADING_Q6] >> 6) % 36000
+        self.way_mm = min(WAY_UNKNOWN, self._path[_PATH_WAY] // 10)
         if self._grown:
             self._grown = False
             items = self._items
@@ -254,7 +261,7 @@ class Carrier:
         items, place, turn = self._items, _variance_q4(fix), _variance_of_heading_q8(fix)
         xx, xy, yy = items[_COVARIANCE_XX], items[_COVARIANCE_XY], items[_COVARIANCE_YY]
         turn_q4 = min(1 << 18, off * off // max(1, items[_COVARIANCE_TT] + turn >> 4))
-        ahead, aside = self._rx >> 4, self._ry >> 4
+        ahead, aside = self._path[_PATH_X] >> 4, self._path[_PATH_Y] >> 4
         distance = length(ahead, aside)
         if distance > _LEARN_MM10 and max(abs(ahead), abs(aside)) <= 120000:
             ux, uy = (ahead << 12) // distance, (aside << 12) // distance

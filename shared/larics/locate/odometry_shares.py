@@ -6,6 +6,8 @@ them: whether odometry and markers fit each other at all. A wrong unit, sign or 
 vehicle that is lifted, but that is once. Nothing is allocated.
 """
 
+from array import array
+
 try:
     from micropython import const
 except ImportError:
@@ -31,6 +33,12 @@ _APART_CDEG = const(1000)  # and so much, a quarter of the turn and 6 degrees a 
 _DOUBT = const(4)  # odometry is doubted after two legs that do not fit ...
 _BELIEF = const(2)
 _MOST_DOUBT = const(6)  # ... and believed after one or two that do
+
+_SUMS_FORWARD = const(0)
+_SUMS_DRIVEN = const(1)
+_SUMS_WAY = const(2)
+_SUMS_TURNED = const(3)
+_SUMS_ITEMS = const(4)
 
 
 def mrad_q4(cdeg):
@@ -116,7 +124,8 @@ def apart_mm10(x, y, told_x, told_y, turn_cdeg):
 
 
 class OdometryShares:
-    """scale, turn, drift: Share. `carry` each increment, `compare` at each marker; doubted: whether odometry
+    """scale, turn, drift: Share; changed: whether they may be others than before. `sums` take each increment,
+    `compare` at each marker; doubted: whether odometry
     contradicts the markers by more than wheels can, for as long as it does. model: OdometryNoise.
 
     After a `compare` that returned True: way_mm10, driven or turned; missed_q4, by how much the
@@ -128,6 +137,7 @@ class OdometryShares:
         self.scale = Share(model.scale_q20, model.scale_sigma_q20)
         self.turn = Share(model.turn_q20, model.turn_sigma_q20)
         self.drift = Share(model.drift_q20, model.drift_sigma_q20)
+        self.changed = True
         self.doubted = False
         self._doubt = 0
         self._noise_q4 = 0
@@ -136,16 +146,8 @@ class OdometryShares:
         self._odometry_x = self._odometry_y = self._odometry_heading = 0  # ... and by odometry
         self._entry = -1
         self._scatter_cdeg = 0
-        self._forward = self._driven = self._way = self._turned = 0  # since then, by odometry
+        self.sums = array("i", [0] * _SUMS_ITEMS)  # since then, by odometry: of kernels.odometry.advance
         self.way_mm10 = self.missed_q4 = self.off_mm10 = self.told_mm = self.told_mrad = 0
-
-    def carry(self, forward_mm10, way_mm10, turn_cdeg):
-        """Odometry told that."""
-        if self._way < _FURTHEST_MM10 and abs(self._turned) < _FURTHEST_MM10:  # beyond it nothing is compared
-            self._forward += forward_mm10
-            self._driven += abs(forward_mm10)
-            self._way += way_mm10
-            self._turned += turn_cdeg
 
     def forget_anchor(self):
         """Nobody knows the way to the next marker."""
@@ -153,6 +155,7 @@ class OdometryShares:
 
     def settle(self, loud_q4, turn_loud_q4):
         """The noise of ways, and that of turns, is 2**(loud_q4 / 16) times that of the model."""
+        self.changed = True
         self.scale.settle(loud_q4)
         self.turn.settle(turn_loud_q4)
         self.drift.settle(turn_loud_q4)
@@ -168,26 +171,27 @@ class OdometryShares:
             window_mm10 = _LEAST_MM10
             if fix.entry == self._entry:
                 window_mm10 = _NEAR_MM10 if near else _WINDOW_MM10
-                if self._driven < window_mm10 and abs(dx) + abs(dy) < window_mm10:
-                    if abs(self._turned) < _TURN_CDEG:
+                if self.sums[_SUMS_DRIVEN] < window_mm10 and abs(dx) + abs(dy) < window_mm10:
+                    if abs(self.sums[_SUMS_TURNED]) < _TURN_CDEG:
                         return False  # as nearly always
             distance = length(dx, dy)
-            self.way_mm10 = max(self._way, distance)
+            self.way_mm10 = max(self.sums[_SUMS_WAY], distance)
             self._noise_q4 = self._model.at_speed_q4(speed_mm_s)
-            if max(self.way_mm10, abs(self._turned)) < _FURTHEST_MM10:
-                if max(self._driven, distance) >= window_mm10:
+            if max(self.way_mm10, abs(self.sums[_SUMS_TURNED])) < _FURTHEST_MM10:
+                if max(self.sums[_SUMS_DRIVEN], distance) >= window_mm10:
                     fits = self._compare_way(fix, odometry, loud_q4) and fix.entry == self._entry
                 elif fix.entry == self._entry:
-                    if abs(self._turned) < _TURN_CDEG:
+                    if abs(self.sums[_SUMS_TURNED]) < _TURN_CDEG:
                         return False
                     fits = self._compare_turn(fix, odometry, loud_q4)
-        self._anchored = True
+        self._anchored = self.changed = True
         self._x, self._y = fix.x_mm10, fix.y_mm10
         self._heading, self._entry = fix.heading_cdeg, fix.entry
         self._odometry_x, self._odometry_y = odometry.x_mm10, odometry.y_mm10
         self._odometry_heading = odometry.heading_cdeg
         self._scatter_cdeg = fix.scatter_cdeg
-        self._forward = self._driven = self._way = self._turned = 0
+        sums = self.sums
+        sums[_SUMS_FORWARD] = sums[_SUMS_DRIVEN] = sums[_SUMS_WAY] = sums[_SUMS_TURNED] = 0
         return fits
 
     def _missed_cdeg(self, fix, odometry):
@@ -211,14 +215,14 @@ class OdometryShares:
             certain = mrad_q4(min(3000, fix.certain_cdeg))
             variance += 2 * certain * certain
         noise_q4 = self._noise_q4 + self._model.track_q4
-        return min(_MOST_VARIANCE, variance + times_q4(self._way * 91 >> 6, noise_q4))
+        return min(_MOST_VARIANCE, variance + times_q4(self.sums[_SUMS_WAY] * 91 >> 6, noise_q4))
 
     def _compare_turn(self, fix, odometry, loud_q4):
         missed_cdeg = self._missed_cdeg(fix, odometry)
-        if not self._judge(abs(missed_cdeg) <= _APART_CDEG + (abs(self._turned) >> 2)):
+        if not self._judge(abs(missed_cdeg) <= _APART_CDEG + (abs(self.sums[_SUMS_TURNED]) >> 2)):
             return False
-        told = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
-        missed = mrad_q4(missed_cdeg) - self.drift.in_all_q4(self._forward // 10)
+        told = mrad_q4(max(-90000, min(90000, self.sums[_SUMS_TURNED]))) >> 4
+        missed = mrad_q4(missed_cdeg) - self.drift.in_all_q4(self.sums[_SUMS_FORWARD] // 10)
         self.missed_q4 = missed - self.turn.in_all_q4(told)
         self.told_mm, self.told_mrad = 0, told
         variance = self._heading_variance_q8(fix)
@@ -232,15 +236,15 @@ class OdometryShares:
         way_mm10 = self.way_mm10
         missed_cdeg = self._missed_cdeg(fix, odometry)
         told_x, told_y = odometry.x_mm10 - self._odometry_x, odometry.y_mm10 - self._odometry_y
-        apart_cdeg = _APART_CDEG + (abs(self._turned) >> 2) + way_mm10 * 6 // 100
+        apart_cdeg = _APART_CDEG + (abs(self.sums[_SUMS_TURNED]) >> 2) + way_mm10 * 6 // 100
         fits = abs(missed_cdeg) <= min(17000, apart_cdeg)
         x, y = fix.x_mm10 - self._x, fix.y_mm10 - self._y
         apart = apart_mm10(x, y, told_x, told_y, self._heading - self._odometry_heading)
         fits = fits and apart <= _APART_MM10 + (way_mm10 >> 2)
         if not self._judge(fits):
             return False
-        turned = mrad_q4(max(-90000, min(90000, self._turned))) >> 4
-        told = self._forward // 10
+        turned = mrad_q4(max(-90000, min(90000, self.sums[_SUMS_TURNED]))) >> 4
+        told = self.sums[_SUMS_FORWARD] // 10
         missed = mrad_q4(missed_cdeg) - self.turn.in_all_q4(turned)
         self.missed_q4 = missed - self.drift.in_all_q4(told)
         self.off_mm10 = length(x, y) - length(told_x, told_y)
@@ -258,6 +262,7 @@ class OdometryShares:
         if told >= _LEAST_MM and self._is_usual(
             self.scale, told, missed_q4 + self.scale.in_all_q4(told), variance_q8, loud_q4
         ):
+            self.changed = True
             self.scale.learn(told, missed_q4 + self.scale.beyond_prior_q4(told), variance_q8)
             self.scale.settle(loud_q4)
 
