@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from larics_host.errors import UserError
+from larics_host.packed import MAGIC, opened, place
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -71,6 +72,8 @@ def size(path: StrPath) -> int:
 def read_text(path: StrPath) -> str:
     """The text of a file. UserError when it cannot be read, is none, or is damaged."""
     data = read_bytes(path)
+    if data.startswith(MAGIC):
+        raise UserError("%s is a compressed file: unpack it first" % path)
     encoding = encoding_of(data[:_HEAD_BYTES])
     no_text = "%s is no text, or a damaged one: some of it is not %s" % (path, encoding.upper())
     try:
@@ -99,13 +102,12 @@ def lines(path: StrPath, progress: Callable[[int], object] = unwatched) -> Itera
     What cannot be decoded becomes U+FFFD. progress is told now and then how many bytes have been read.
     UserError when the file cannot be read."""
     try:
-        with open(path, "rb") as file:
-            encoding = encoding_of(file.read(_HEAD_BYTES))
-            file.seek(0)
+        with opened(path) as file:
+            encoding = encoding_of(file.peek(_HEAD_BYTES)[:_HEAD_BYTES])
             with io.TextIOWrapper(file, encoding, errors="replace") as text:
                 for number, line in enumerate(text):
                     if not number % _PROGRESS_LINES:
-                        progress(file.tell())
+                        progress(place(file))
                     yield line
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error

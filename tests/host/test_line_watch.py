@@ -76,7 +76,7 @@ FILES = (
     (b"\x89MCAP0\r\n" + NOISE, "an MCAP file"),
     (b"OMV IMG STR V2.0" + NOISE, "an ImageIO stream: larics record --input takes it"),
     (b"\x89PNG\r\n\x1a\n" + NOISE, "an image: larics detect takes it"),
-    (b"\x1f\x8b" + NOISE, "a compressed file"),
+    (b"PK\x03\x04" + NOISE, "a compressed file"),
     (
         b"\xff\xfe" + "ÿ\x01\x02".encode("utf-16-le") * 50,
         "another encoding: a console changed the bytes",
@@ -114,6 +114,33 @@ def test_another_version_is_told(monkeypatch):
         other.setattr(protocol, "VERSION", protocol.VERSION + 1)
         data = wire(*[(m.MARKER, marker_values(k)) for k in range(5)])
     assert "messages of another version" in explained(data, 115200)
+
+
+def test_messages_of_other_lengths_are_another_version(monkeypatch):
+    with monkeypatch.context() as other:
+        other.setitem(protocol.LAYOUTS, m.MARKER, protocol.LAYOUTS[m.POSE])
+        data = wire(*[(m.MARKER, 20 * [0]) for _ in range(5)])
+    assert "messages of another version" in explained(data, None)
+
+
+@pytest.mark.parametrize(
+    "data, part",
+    [
+        (sentence("PLRCM,1,2") * 400, "the camera's setting output is nmea"),
+        (mavlink(2, 300), "MAVLink: the camera's setting output is mavlink"),
+        (NOISE * 100, "belong to no message: noise, or messages that were damaged"),
+    ],
+)
+def test_a_few_messages_do_not_hide_what_the_rest_is(tmp_path, monkeypatch, capsys, data, part):
+    monkeypatch.chdir(tmp_path)
+    few = wire(*[(m.MARKER, marker_values(k)) for k in range(5)])
+    (tmp_path / "run.bin").write_bytes(few + data)
+    assert cli.main(["log", "--input", "run.bin", "-o", "out"]) == 0
+    err = capsys.readouterr().err
+    assert part in err and "%d of %d bytes belong" % (len(data), len(few + data)) in err
+    (tmp_path / "run.bin").write_bytes(few * 40 + data[:4000])
+    assert cli.main(["log", "--input", "run.bin", "-o", "out", "--force"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_a_long_run_is_judged_by_its_beginning_and_its_end():

@@ -221,7 +221,10 @@ class _Log:
         """A port that came back may have another camera behind it."""
         unique_id = message.fields.unique_id
         if self._unique_id not in (None, unique_id):
-            report("another camera is on the line: unique ID %s, before %s" % (unique_id, self._unique_id))
+            report(
+                "another camera is on the line: unique ID %s, before %s"
+                % (unique_id.hex(), self._unique_id.hex())
+            )
         self._unique_id = unique_id
 
     def conclude(self, lost):
@@ -244,6 +247,11 @@ class _Log:
             what = self._watch.explain(counters, getattr(self._source, "baud", None))
             raw = "" if not self._recorder.files else "; the bytes are in " + kept.split()[-1]
             raise UserError("no message came from %s, %s%s" % (self._source.name, what, raw))
+        rest = self._watch.explain_rest(
+            counters, self._receiver.message_bytes, getattr(self._source, "baud", None)
+        )
+        if rest:
+            report(rest)
         print(summary, file=sys.stderr if self._args.output == "-" else sys.stdout)
         return 0
 

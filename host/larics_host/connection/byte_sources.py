@@ -13,6 +13,7 @@ import serial
 
 from larics_host.connection.serial_ports import find_again, identity_of, open_port
 from larics_host.errors import UserError, report
+from larics_host.packed import opened
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -187,7 +188,7 @@ class FileSource:
     def __init__(self, path: StrPath) -> None:
         self.name = path
         try:
-            self._file = sys.stdin.buffer if path == "-" else open(path, "rb")  # noqa: SIM115
+            self._file = sys.stdin.buffer if path == "-" else opened(path)
         except OSError as error:
             raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
 

@@ -72,11 +72,33 @@ class LineWatch:
             if not baud:
                 return "not a byte: is it the address of larics camera, and does its camera deliver?"
             return "not a byte: check the power, the wiring (its TX to this RX) and the name of the port"
-        sample = bytes(self._first + self._last)
-        return "%s: %s" % (counted(self.total, "byte"), self._kind(sample, counters, baud))
+        return "%s: %s" % (counted(self.total, "byte"), self._kind(counters, baud))
 
-    def _kind(self, sample, counters, baud):
-        if counters.version > counters.crc:
+    def explain_rest(self, counters: Counters, message_bytes: int, baud: int | None = None) -> str | None:
+        """What most of the bytes are, where messages are the lesser part of them; None where they are not.
+
+        message_bytes: of all messages that were received."""
+        rest = self.total - message_bytes
+        if 2 * rest < self.total or rest < _SAMPLE_BYTES:
+            return None
+        kind = self._known(counters, baud) or "noise, or messages that were damaged"
+        return "%d of %s belong to no message: %s" % (rest, counted(self.total, "byte"), kind)
+
+    def _kind(self, counters, baud):
+        known = self._known(counters, baud)
+        if known:
+            return known
+        if baud is None:
+            return "noise, no message among it; it takes the bytes of larics log --raw"
+        if not baud:
+            return "noise, no message among it: is it the address of larics camera?"
+        return "noise: most likely the wrong baud rate (%d here, the camera has its setting baud)" % baud
+
+    def _known(self, counters, baud):
+        """What it is for sure; None for noise."""
+        sample = bytes(self._first + self._last)
+        others = counters.version + counters.length + counters.unknown  # whole, and none of this version's
+        if others > counters.crc + counters.cobs + counters.over_long:
             return "messages of another version: both need the same larics, which larics flash brings"
         if baud is None:
             if not sample.strip(b"\0"):
@@ -105,11 +127,7 @@ class LineWatch:
         ended = counters.crc + counters.cobs + counters.length + counters.over_long + counters.out_of_range
         if counters.crc > _ENOUGH and 2 * counters.crc > ended:
             return "frames like the camera's, but no checksum is right: check ground, cable and its length"
-        if baud is None:
-            return "noise, no message among it; it takes the bytes of larics log --raw"
-        if not baud:
-            return "noise, no message among it: is it the address of larics camera?"
-        return "noise: most likely the wrong baud rate (%d here, the camera has its setting baud)" % baud
+        return None
 
 
 _SET_OUTPUT = "larics settings set output=larics --save and larics settings restart change that"
@@ -123,8 +141,9 @@ def _sentences(sample):
 
 
 def _mavlink_frames(sample):
-    """Frames of MAVLink 1 or 2 that are followed by another one, or by the end."""
-    count = 0
+    """Frames of MAVLink 1 or 2 that are followed by another one, or by the end; none where they are so few
+    that noise may look like them."""
+    count = covered = 0
     for magic, overhead in ((0xFD, 12), (0xFE, 8)):
         place = sample.find(magic)
         while 0 <= place < len(sample) - 1:
@@ -133,8 +152,9 @@ def _mavlink_frames(sample):
             end += 13 if signed else 0
             if end == len(sample) or (end < len(sample) and sample[end] == magic):
                 count += 1
+                covered += end - place
                 place = end
             else:
                 place += 1
             place = sample.find(magic, place)
-    return count
+    return count if 4 * covered > len(sample) else 0

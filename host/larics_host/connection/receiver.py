@@ -65,18 +65,21 @@ def message_of(number: int, sequence: int, values: Sequence[Any], time_s: float)
 
 
 class Receiver:
-    """Feeds a Decoder and hands out what it found; `counters` are the decoder's."""
+    """Feeds a Decoder and hands out what it found; `counters` are the decoder's, `message_bytes` counts those
+    of all messages."""
 
     def __init__(self) -> None:
         self._decoder = protocol.Decoder(self._on_message)
         self._found: list[Message] = []
         self._time_s = 0.0
+        self.message_bytes = 0
 
     @property
     def counters(self) -> Any:
         return self._decoder.counters
 
     def _on_message(self, number, sequence, values):
+        self.message_bytes += protocol.frame_size(number)
         self._found.append(message_of(number, sequence, values, self._time_s))
 
     def feed(self, data: bytes, time_s: float) -> list[Message]:

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import contextlib
 import glob
+import gzip
+import lzma
 import tempfile
+import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO, NamedTuple
 
 from larics_host.addresses import is_address, list_remote
-from larics_host.errors import UserError, missing_package
+from larics_host.errors import UserError, missing_package, report_once
 
 KINDS = (".jsonl", ".mcap", ".csv", ".bin")  # of one log in several forms, the first is read
 PACKED = (".gz", ".bz2", ".xz", ".zst")
 BLOCK_BYTES = 4 << 20
+_PIECE = 1 << 14  # of a packed file: what comes before its damage is kept
 _LINE_MOST = 1 << 16  # a longer one is none; and a file without line ends must not fill the memory
 
 
@@ -160,7 +164,7 @@ def _end_of_line(file, piece, position, end):
 def local_copy(source: Source) -> Iterator[Path]:
     """The path of a log on this computer: its own, or of a copy that is removed afterwards, unpacked."""
     packed = source.path.endswith(PACKED)
-    if source.system is None and not packed:
+    if source.system is None and (not packed or source.path.endswith(".gz")):
         yield Path(source.path)
         return
     name = PurePosixPath(source.path).name
@@ -171,8 +175,13 @@ def local_copy(source: Source) -> Iterator[Path]:
             if packed:
                 stream = stack.enter_context(_unpacked(stream, name))
             target = stack.enter_context(open(path, "wb"))
-            while piece := stream.read(1 << 20):
-                target.write(piece)
+            try:
+                while piece := stream.read(_PIECE):
+                    target.write(piece)
+            except (EOFError, lzma.LZMAError, zlib.error, gzip.BadGzipFile):
+                report_once(
+                    source.name, "%s is cut off or damaged; what is whole of it is read" % source.name
+                )
         yield path
 
 

@@ -140,6 +140,8 @@ def read_source(path: StrPath | Remote) -> Iterator[tuple[str, np.ndarray]]:
                 frames = openmv_stream.read_stream(file)
             elif path.suffix.lower() in VIDEO_EXTENSIONS or _VIDEO.match(head):
                 frames = _read_video(path)
+            elif head.startswith((b"\x1f\x8b", b"PK\x03\x04")):
+                raise UserError("a compressed file: unpack it first")
             elif kind := stills.other_kind(head):
                 raise UserError("a %s image: convert it to PNG, JPEG or PGM" % kind)
             else:

@@ -20,6 +20,7 @@ from larics_host import files
 from larics_host.connection.receiver import values_of
 from larics_host.errors import UserError
 from larics_host.logs.log_reader import Damage, kind_of, read_pieces, read_records, tell_cut
+from larics_host.packed import opened
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
@@ -125,7 +126,7 @@ def _whole_frames(path):
     """Yields the bytes of a file in blocks that end with a 0; what is longer than any frame is not kept."""
     left = b""
     try:
-        with open(path, "rb") as file:
+        with opened(path) as file:
             while block := file.read(_BLOCK):
                 whole, zero, rest = (left + block).rpartition(b"\0")
                 left = rest[: 2 * LIMIT]

@@ -20,6 +20,7 @@ from larics_host.connection.line_watch import LineWatch
 from larics_host.connection.receiver import Receiver, wire_bytes
 from larics_host.errors import UserError, missing_package, report, report_once
 from larics_host.logs.log_writer import MARKER_COLUMNS
+from larics_host.packed import opened, place
 from larics_host.ros.cdr import decode
 from larics_host.ros.definitions import parse_definition
 from larics_host.ros.wire_types import from_ros, name_of, type_of
@@ -130,7 +131,8 @@ def read_objects(
 
 
 def read_pieces(path: StrPath) -> Generator[Piece]:
-    """Yields the Pieces of a log: .jsonl, .csv, .mcap, or raw bytes, whose times come from the .jsonl beside.
+    """Yields the Pieces of a log: .jsonl, .csv, .mcap, or raw bytes, whose times come from the .jsonl beside;
+    packed by gzip or not.
 
     Raises UserError when it cannot be read or holds nothing.
     """
@@ -153,7 +155,7 @@ def start_of(path: StrPath) -> int | None:
     try:
         if kind == ".mcap":
             return next(_mcap_starts(path), None)
-        beside = path if kind == ".jsonl" else path.with_suffix(".jsonl")
+        beside = path if kind == ".jsonl" else _plain(path).with_suffix(".jsonl")
         if beside != path and not beside.exists():
             return None
         record = next((one for one in read_objects(beside) if one.get("time")), None)
@@ -173,14 +175,19 @@ def read_records(path: Path, progress: Callable[[int], object] = files.unwatched
         yield {**_UNKNOWN_LATER, **record} if record["message"] == "MARKER" else record
 
 
+def _plain(path):
+    """A path without the ending of a packed file."""
+    return path.with_suffix("") if path.suffix.lower() == ".gz" else path
+
+
 def kind_of(path: Path) -> str:
     """The extension that fits a log: its own, or by its beginning where that is none of ours."""
-    own = path.suffix.lower()
+    own = _plain(path).suffix.lower()
     if own in (".jsonl", ".csv", ".mcap", ".bin"):
         return own
     try:
-        with open(path, "rb") as file:
-            head = file.read(256)
+        with opened(path) as file:
+            head = file.peek(256)[:256]
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
     if head.startswith(b"\x89MCAP"):
@@ -241,14 +248,14 @@ def _stamped_records_of_mcap(path, progress):
     damage = (McapError, ZstdError, ValueError, LookupError, AttributeError, TypeError, struct.error)
     count = 0
     try:
-        with open(path, "rb") as file:
+        with opened(path) as file:
             records, reader = _McapRecords(), NonSeekingReader(file, validate_crcs=True)
             for schema, channel, message in reader.iter_messages(log_time_order=False):
                 record = records.of(schema, channel, message)
                 if record is not None:
                     yield record, message.log_time
                     count += 1
-                    progress(file.tell())
+                    progress(place(file))
     except OSError as error:
         raise UserError("cannot read %s: %s" % (path, error.strerror)) from error
     except EndOfFile:
@@ -306,11 +313,11 @@ def _pieces_of_records(path, records):
 
 def _pieces_of_bytes(path):
     """Cuts behind each complete message; what is damaged goes with the next one."""
-    times = _times(path.with_suffix(".jsonl"))
+    times = _times(_plain(path).with_suffix(".jsonl"))
     receiver, watch = Receiver(), LineWatch()
     waiting = bytearray()
     try:
-        with open(path, "rb") as file:
+        with opened(path) as file:
             while block := file.read(_PIECE):
                 watch.feed(block)
                 start = 0
@@ -334,10 +341,13 @@ def _pieces_of_bytes(path):
 
 def tell_cut(path: StrPath) -> None:
     """Reports where raw bytes end within a message, as they do when the program or the power ended."""
-    with open(path, "rb") as file:
-        size = file.seek(0, os.SEEK_END)
-        file.seek(max(size - 1, 0))
-        if file.read(1) not in (b"", b"\0"):
+    with opened(path) as file:
+        last = b""
+        if file.seekable():
+            file.seek(-1, os.SEEK_END)
+        while block := file.read(_PIECE):
+            last = block[-1:]
+        if last not in (b"", b"\0"):
             report("%s is cut off: it ends within a message; the rest is read" % path)
 
 
