@@ -280,17 +280,26 @@ class GrowingFile:
                 os.unlink(self.path)
 
 
+# The one rule of all commands: data, as settings, maps, logs and tables, never takes the place of a file
+# without --force, and frames and what lies beside them not without --overwrite. Pictures and pages are drawn
+# anew each time: they take the place of a picture or a page, and of nothing else.
 PICTURE, PAGE = b"\x89PNG", b"<!doctype html"  # how files begin that are drawn anew each time
 
 
 def refuse_other(path: StrPath, kind: bytes, read: Iterable[StrPath] = ()) -> None:
-    """UserError when a picture or page would take the place of something else, or of what it is made from.
+    """UserError when a picture or page would take the place of something else, or of what it is made from, or
+    when a picture would lie among those that are read.
 
     kind: PICTURE or PAGE; read: the files that are read, and the folders whose pictures are."""
     target = Path(path)
+    sources = [Path(source) for source in read]
+    if kind == PICTURE and not target.exists():
+        for source in sources:
+            if source.is_dir() and target.parent.exists() and source.samefile(target.parent):
+                raise UserError("%s would lie among the frames that are read: choose another folder" % path)
     if not target.is_file():
         return
-    for source in map(Path, read):
+    for source in sources:
         if source.exists() and (source.samefile(target) or source.samefile(target.parent)):
             raise UserError("%s would overwrite what is read: choose another name" % path)
     with contextlib.suppress(OSError), open(target, "rb") as file:
@@ -301,6 +310,7 @@ def refuse_other(path: StrPath, kind: bytes, read: Iterable[StrPath] = ()) -> No
 
 
 def refuse_existing(path: StrPath, force: bool) -> None:
-    """UserError when the file is there already and may not be overwritten."""
-    if Path(path).exists() and not force:
+    """UserError when the file is there already and may not be overwritten; a device or a pipe may."""
+    target = Path(path)
+    if (target.is_file() or target.is_dir()) and not force:
         raise UserError("%s exists: choose another name, or --force to overwrite it" % path)

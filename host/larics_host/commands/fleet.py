@@ -38,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--report", metavar="FILE.html", help="write one page with all of it")
     parser.add_argument("-o", "--output", metavar="DIR", help="write the tables into this folder")
+    parser.add_argument("--force", action="store_true", help="overwrite tables that the folder holds")
     parser.add_argument("--format", choices=("csv", "parquet"), default="csv", help="of the tables (csv)")
     parser.add_argument("--jobs", metavar="N", type=int, help="processes here (default: all cores)")
     parser.add_argument(
@@ -47,11 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from larics_host.detection.batch import cores
-    from larics_host.files import PAGE, refuse_other, write_file
+    from larics_host.files import PAGE, refuse_existing, refuse_other, write_file
     from larics_host.fleet import engine
     from larics_host.fleet.findings import examine
     from larics_host.fleet.recorded import FramesWork, do, with_frames
-    from larics_host.fleet.report import html, write_tables
+    from larics_host.fleet.report import html, table_paths, write_tables
     from larics_host.fleet.sources import Block, blocks, list_logs
     from larics_host.fleet.tally import Work, vehicles
     from larics_host.progress import watched
@@ -60,6 +61,8 @@ def run(args: argparse.Namespace) -> int:
         raise UserError("--jobs %d: give a number from 1 to 256" % args.jobs)
     if args.report:
         refuse_other(args.report, PAGE)
+    for path in table_paths(args.output, args.format) if args.output else ():
+        refuse_existing(path, args.force)
     landmarks = _landmarks(args.map) if args.map else ()
     logs = list_logs(args.logs, args.by)
     recorded = list(with_frames(logs))

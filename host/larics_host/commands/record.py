@@ -36,7 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         " repeats the border of that window (a frame without a marker comes whole)",
     )
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder for the frames")
-    parser.add_argument("--overwrite", action="store_true", help="replace the frames that DIR holds")
+    parser.add_argument(
+        "--overwrite",
+        action="store_true",
+        help="replace the frames that DIR holds, and what lies beside them",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -62,8 +66,9 @@ def _from_stream(args):
     first = next(frames)  # what cannot be read leaves no folder behind
     if args.log:
         next(read_objects(args.log), None)
-    folder = make_folder(args.output, args.overwrite)
-    with keeping(folder, [MESSAGES + ".jsonl"] if args.log else []) as kept:
+    beside = [MESSAGES + ".jsonl"] if args.log else []
+    folder = make_folder(args.output, args.overwrite, beside)
+    with keeping(folder, beside) as kept:
         if args.log:
             write_file(folder / (MESSAGES + ".jsonl"), read_bytes(args.log))
         write_frame(folder / frame_name(0), first[1])
@@ -104,7 +109,7 @@ def _from_camera(args):
     beside = SETTINGS, MESSAGES + ".csv", MESSAGES + ".jsonl"
     with connected(args.port, args.baud, on_message) as client:
         settings = read_all(client)
-        folder = make_folder(args.output, args.overwrite)
+        folder = make_folder(args.output, args.overwrite, beside)
         with keeping(folder, beside) as kept:
             write_settings(folder / SETTINGS, settings)
             recorder = LogWriter(str(folder / MESSAGES), force=True, start_ns=start_ns)

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 from larics_host.compilation import told
-from larics_host.drive.command import add_loop_arguments, run_loop
+from larics_host.drive.command import OUTPUTS, add_loop_arguments, run_loop
 from larics_host.drive.desk_options import add_desk_arguments
 from larics_host.errors import EXIT_INTERRUPTED, UserError, missing_package
 from larics_host.files import write_file
@@ -57,7 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--target", default="larics", help="larics, or a tag to compare: aruco, apriltag")
     parser.add_argument("-o", "--output", metavar="DIR", help="folder for the frames")
-    parser.add_argument("--overwrite", action="store_true", help="replace the frames that DIR holds")
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace the frames or the drive that DIR holds"
+    )
     scene = parser.add_argument_group("instead of what the preset draws")
     scene.add_argument("--contrast", type=float, metavar="GREY", help="between white plate and black ink")
     scene.add_argument("--blur-px", type=float, metavar="PX", help="motion during the exposure")
@@ -220,18 +222,19 @@ def run(args: argparse.Namespace) -> int:
         print("%s in drive, places, turn, ahead, and clip.bin in %s" % (counted(count, "frame"), args.output))
         return 0
     if args.drive == LOOP:
-        return run_loop(args, make_folder(args.output, args.overwrite))
+        return run_loop(args, make_folder(args.output, args.overwrite, OUTPUTS))
     _check(args)
     facts = {"preset": args.preset, "seed": args.seed, "width": args.width, "height": args.height}
     facts.update(radius_px=args.radius_px, target=args.target)
     render, count = (_plan_drive if args.drive else _plan_series)(args, facts)
     facts["frames"] = count
-    folder = make_folder(args.output, args.overwrite)
+    beside = "truth.csv", "scene.json"
+    folder = make_folder(args.output, args.overwrite, beside)
     seen = 0
     interrupted = ""
     try:
         with (
-            keeping(folder, ("truth.csv", "scene.json")) as kept,
+            keeping(folder, beside) as kept,
             TruthWriter(folder / "truth.csv") as truth_file,
         ):
             write_file(folder / "scene.json", json.dumps(facts, indent=2) + "\n")

@@ -11,7 +11,7 @@ from larics_host.addresses import is_address
 from larics_host.detection import detectors
 from larics_host.detection import options as detection_options
 from larics_host.errors import UserError
-from larics_host.files import PAGE, refuse_other, write_file
+from larics_host.files import PAGE, refuse_existing, refuse_other, write_file
 from larics_host.wording import counted
 
 NAME = "validate"
@@ -56,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--settings", metavar="FILE.json", help="the board's settings at that time")
     parser.add_argument("--report", metavar="FILE.html", help="write a report with pictures, in one file")
     parser.add_argument("--json", metavar="FILE", help="write all figures as JSON, - for standard output")
+    parser.add_argument("--force", action="store_true", help="overwrite an existing file of figures")
     parser.add_argument("--worst", metavar="N", type=int, default=12, help="frames shown in the report (12)")
     limits = parser.add_argument_group("thresholds: exit code 1 when one is missed")
     limits.add_argument("--min-detected", metavar="PCT", type=float, help="markers in view that are found")
@@ -73,6 +74,8 @@ def run(args: argparse.Namespace) -> int:
     thresholds = _thresholds(args)
     if args.report:
         refuse_other(args.report, PAGE)
+    if args.json and args.json != "-":
+        refuse_existing(args.json, args.force)
     board = _compare_with_board(args) if args.board else None
     outcomes, judged, comparison, truths = [], [], None, {}
     if not args.board or is_address(args.folder) or (Path(args.folder) / "truth.csv").exists():

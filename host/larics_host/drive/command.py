@@ -61,6 +61,9 @@ def add_loop_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--method", default="larics", metavar="NAME", help="what detects: larics, or paper")
 
 
+OUTPUTS = ("wire.bin", "frames.csv", "score.json")  # that are data; the pictures are drawn anew
+
+
 def run_loop(args: argparse.Namespace, folder: Path) -> int:
     """Drives, writes wire.bin (all that the camera said), frames.csv, score.json, path.png and strip.png to
     the folder; returns the exit code."""

@@ -17,7 +17,7 @@ from larics_host.calibration import mounting
 from larics_host.connection.camera_settings import write_file
 from larics_host.drive.desk import SAVED
 from larics_host.errors import UserError
-from larics_host.images.frame_folder import frame_name, make_folder, write_frame
+from larics_host.images.frame_folder import frame_name, make_folder, refuse_beside, write_frame
 from larics_host.images.openmv_stream import write_stream
 from larics_host.progress import watched
 from larics_host.render.camera import Camera, Motion, Pose
@@ -121,6 +121,7 @@ def write_tour(target: Path, overwrite: bool = False) -> int:
     total = sum(len(steps) for _, steps in recordings.values())
     try:
         target.mkdir(parents=True, exist_ok=True)
+        refuse_beside(target, ("clip.bin", "drive/settings.json"), overwrite)
         frames = watched(_all_frames(target, recordings, overwrite, rng), total, quiet_stdout=True)
         clip = [frame for frame, _ in zip(frames, drive_poses()[:CLIP_FRAMES], strict=False)]
         for _ in frames:
@@ -136,4 +137,4 @@ def write_tour(target: Path, overwrite: bool = False) -> int:
 
 def _all_frames(target, recordings, overwrite, rng) -> Iterable[np.ndarray]:
     for name, (scene, steps) in recordings.items():
-        yield from _render(make_folder(target / name, overwrite), scene, steps, rng)
+        yield from _render(make_folder(target / name, overwrite, ("truth.csv",)), scene, steps, rng)

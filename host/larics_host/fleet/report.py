@@ -19,17 +19,24 @@ if TYPE_CHECKING:
     from larics_host.annotations import StrPath
 
 FORMATS = ("csv", "parquet")
+_TABLES = ("vehicles", "markers", "findings")
 _SHOWN = 500  # rows of a table on the page; all are in the files
 
 
 def tables(fleet: Fleet) -> dict[str, tuple[list[str], list[dict[str, Any]]]]:
     """{name: (columns, rows)} of all tables."""
     found = [one._asdict() for one in fleet.findings]
-    return {
-        "vehicles": (list(fleet.vehicles[0]) if fleet.vehicles else ["vehicle"], fleet.vehicles),
-        "markers": (list(fleet.markers[0]) if fleet.markers else ["marker"], fleet.markers),
-        "findings": (list(Finding._fields), found),
-    }
+    told = [
+        (list(fleet.vehicles[0]) if fleet.vehicles else ["vehicle"], fleet.vehicles),
+        (list(fleet.markers[0]) if fleet.markers else ["marker"], fleet.markers),
+        (list(Finding._fields), found),
+    ]
+    return dict(zip(_TABLES, told, strict=True))
+
+
+def table_paths(folder: StrPath, kind: str) -> list[Path]:
+    """The paths that `write_tables` writes."""
+    return [Path(folder) / ("%s.%s" % (name, kind)) for name in _TABLES]
 
 
 def write_tables(folder: StrPath, fleet: Fleet, kind: str) -> list[Path]:
@@ -39,11 +46,9 @@ def write_tables(folder: StrPath, fleet: Fleet, kind: str) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError("cannot make the folder %s: %s" % (folder, error.strerror)) from None
-    written = []
-    for name, (columns, rows) in tables(fleet).items():
-        path = folder / ("%s.%s" % (name, kind))
+    written = table_paths(folder, kind)
+    for path, (columns, rows) in zip(written, tables(fleet).values(), strict=True):
         write_file(path, _parquet(columns, rows) if kind == "parquet" else _csv(columns, rows))
-        written.append(path)
     return written
 
 

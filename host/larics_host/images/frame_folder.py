@@ -22,14 +22,23 @@ if TYPE_CHECKING:
 _NAME = re.compile(r"frame_(\d+)\.pgm")
 
 
-def make_folder(path: StrPath, overwrite: bool = False) -> Path:
-    """The folder, made when it is not there. UserError when it holds frames; with `overwrite` they go."""
+def refuse_beside(folder: Path, names: Iterable[str], overwrite: bool) -> None:
+    """UserError when a folder holds one of the files that are written beside frames."""
+    for name in names:
+        if (folder / name).exists() and not overwrite:
+            raise UserError("%s holds %s already: choose another folder or add --overwrite" % (folder, name))
+
+
+def make_folder(path: StrPath, overwrite: bool = False, beside: Iterable[str] = ()) -> Path:
+    """The folder, made when it is not there. UserError when it holds frames, or the files that are written
+    beside them; with `overwrite` the frames go."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         old = list(folder.glob("frame_*.pgm"))
         if old and not overwrite:
             raise UserError("%s holds frames already: choose another folder or add --overwrite" % folder)
+        refuse_beside(folder, beside, overwrite)
         for file in old:
             file.unlink()
     except OSError as error:

@@ -5,15 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import sys
 import time
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
 from larics_host.connection.records import Marker, as_json
-from larics_host.errors import UserError
-from larics_host.files import CannotWrite, GrowingFile
+from larics_host.files import CannotWrite, GrowingFile, refuse_existing
 from larics_host.ros.bag import require_mcap
 
 if TYPE_CHECKING:
@@ -55,8 +53,7 @@ class LogWriter:
         bags = ([prefix + ".mcap"] if mcap else []) + ([prefix] if bag else [])
         names += bags
         for name in names:
-            if os.path.exists(name) and not force:
-                raise UserError("%s exists: choose another -o, or --force to overwrite it" % name)
+            refuse_existing(name, force)
         if bags:
             require_mcap()  # before there are files
         self.files = names

@@ -116,7 +116,8 @@ def _marker(values, where, as_texts=False):
 
 
 def parse_marker(text: str) -> Marker:
-    """A Marker of the option --marker, "ID,X,Y,HEADING[,HEIGHT[,RADIUS[,SIGMA[,SIGMA_DEG]]]]"."""
+    """A Marker of the option --marker, "ID,X,Y,HEADING[,HEIGHT[,RADIUS[,SIGMA[,SIGMA_DEG]]]]"; of the
+    last four, one that is empty is not given."""
     parts, option = text.split(","), "--marker %s" % text
     if not len(_REQUIRED) <= len(parts) <= len(_FIELDS):
         raise UserError("%s: give ID,X,Y,DEG, such as 3,0,1500,90; HEIGHT and RADIUS may follow" % option)
