@@ -477,7 +477,7 @@ def test_validate_on_a_cluster_finds_what_it_finds_here(cluster, tmp_path):
         ["file://%s" % frames, "--scheduler", dask.address],
     ):
         path = tmp_path / "figures.json"
-        assert cli.main(["validate", *words, "--radius-px", "25:36", "--json", str(path)]) == 0
+        assert cli.main(["validate", *words, "--radius-px", "25:36", "--force", "--json", str(path)]) == 0
         one = json.loads(path.read_text())["methods"][0]
         one.pop("median_ms")
         figures.append(one)
