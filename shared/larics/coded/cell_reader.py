@@ -215,6 +215,7 @@ class CellReader:
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
+    @micropython.native
     def fade(self, depth, local, turn16, is_faint):
         """Puts what was measured in proportion to how dark the rings are before each cell.
 

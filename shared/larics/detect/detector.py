@@ -239,6 +239,7 @@ class Detector:
             self._confirmation.update(self._all, count)
         return self._found[count]
 
+    @micropython.native
     def _search(self, frame):
         """Searches the whole frame for markers of all scales."""
         self._missed = False
@@ -301,6 +302,7 @@ class Detector:
         self.statistics.votes += scale.votes.votes
         self._examine_all(frame, scale, edges, centres, FLAG_TRACKED)
 
+    @micropython.native
     def _examine_all(self, frame, scale, edges, centres, flags):
         """Examines the candidate centres of one scale, best first, and reports the markers among them."""
         found = self._centres

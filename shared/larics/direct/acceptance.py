@@ -70,6 +70,7 @@ class Acceptance:
         most."""
         return kernels.rings_plausible(rings.fit, rings.outer, rings.inner, deviation_q10)
 
+    @micropython.native
     def rings(self, rings, radius_min_q8, radius_max_q8, uneven=False):
         """The verdict on the fitted rings alone; begins a new candidate.
 

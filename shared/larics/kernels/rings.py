@@ -180,7 +180,32 @@ def ring_crossings(
                         if value > 0:
                             area = value
                             moment = value
+                        if half & 1:
+                            position += along
+                            base += slope
+                            value = (base >> 8) - int(log[int(image[position])])
+                            if value > 0:
+                                area += value
+                            moment += area
+                            position += along
+                            base += slope
+                            value = (base >> 8) - int(log[int(image[position])])
+                            if value > 0:
+                                area += value
+                            moment += area
                         while position < end:
+                            position += along
+                            base += slope
+                            value = (base >> 8) - int(log[int(image[position])])
+                            if value > 0:
+                                area += value
+                            moment += area
+                            position += along
+                            base += slope
+                            value = (base >> 8) - int(log[int(image[position])])
+                            if value > 0:
+                                area += value
+                            moment += area
                             position += along
                             base += slope
                             value = (base >> 8) - int(log[int(image[position])])
