@@ -8,10 +8,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from larics.wire.messages import ID_NONE
 from larics_host.addresses import is_address, list_remote
-from larics_host.errors import UserError
+from larics_host.errors import UserError, report
 from larics_host.files import GrowingFile
 from larics_host.tables import read_rows, whole
 
@@ -120,7 +121,8 @@ def _value(name, text):
 def read_truth(path: StrPath) -> list[Truth]:
     """The records of a truth CSV, in its order; `path` is the file or the folder that holds truth.csv.
 
-    Raises UserError for a file that is missing, lacks a column or has a cell that is no number.
+    Raises UserError for a file that is missing, empty, lacks a column, has a cell that is no number or cannot
+    be, or a marker twice; headings that look like radians are told.
     """
     if is_address(path):
         address = str(path) if str(path).endswith(".csv") else str(path).rstrip("/") + "/truth.csv"
@@ -129,13 +131,33 @@ def read_truth(path: StrPath) -> list[Truth]:
     path = Path(path)
     if path.is_dir():
         path = path / "truth.csv"
-    truths = []
+    truths: list[Truth] = []
+    places: dict[tuple[Any, ...], int] = {}  # line of each marker
     for number, row in read_rows(path, COLUMNS, COLUMNS, "a truth table", texts=("frame",)):
         try:
             truths.append(Truth(**{name: _value(name, row.get(name, "")) for name in COLUMNS}))
         except ValueError:
             raise UserError("%s line %d: a cell is not a number" % (path, number)) from None
+        one = truths[-1]
+        if not one.frame:
+            raise UserError("%s line %d: frame is missing" % (path, number))
+        if one.id is not None and not 0 <= one.id < ID_NONE:
+            raise UserError(
+                "%s line %d: %d is no ID; without a marker it is left empty" % (path, number, one.id)
+            )
+        before = places.setdefault((one.frame, one.id, one.x_px, one.y_px), number)
+        if before != number:
+            raise UserError("%s line %d: the marker of line %d once more" % (path, number, before))
+    if not truths:
+        raise UserError("%s names no frame" % path)
+    _doubt_radians(path, [one.heading_deg for one in truths if one.heading_deg is not None])
     return truths
+
+
+def _doubt_radians(path, headings):
+    low, high = min(headings, default=0), max(headings, default=0)
+    if -math.pi - 0.01 <= low and high <= 2 * math.pi + 0.01 and high - low > math.pi:
+        report("%s: all headings lie within %.4g to %.4g degrees: are they radians?" % (path, low, high))
 
 
 def by_frame(truths: Iterable[Truth]) -> dict[str, list[Truth]]:

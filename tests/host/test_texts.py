@@ -332,6 +332,20 @@ def test_what_is_no_log_is_given_up_early(tmp_path):
         list(read_objects(tmp_path / "a.jsonl"))
 
 
+@pytest.mark.parametrize("number", ["1" + 400 * "0", "NaN", "1e999", "true", '"1"', "null", "[1]"])
+@pytest.mark.parametrize("key", ["x", "heading", "margin", "id", "frame"])
+def test_detections_that_cannot_be_are_refused(tmp_path, key, number):
+    one = {"id": 3, "x": 1.5, "y": 2, "heading": 90, "radius": 30, "margin": 200}
+    record = {"frame": "a.pgm", "detections": [one]}
+    (record if key == "frame" else one)[key] = "here"
+    (tmp_path / "a.jsonl").write_text(json.dumps(record).replace('"here"', number) + "\n")
+    if (key, number) in (("id", "null"), ("frame", '"1"'), ("id", "1" + 400 * "0")):
+        assert read_log(tmp_path / "a.jsonl").by_frame
+        return
+    with pytest.raises(UserError, match="a.jsonl line 1 is not from larics detect --json"):
+        read_log(tmp_path / "a.jsonl")
+
+
 def test_detections_that_end_early_are_refused(tmp_path):
     line = json.dumps({"frame": "a.pgm", "detections": []})
     (tmp_path / "a.jsonl").write_text(line + "\n\n" + line[:20])

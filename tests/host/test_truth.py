@@ -93,3 +93,41 @@ def test_bad_files_are_refused_in_one_line(tmp_path):
 def test_an_unwritable_file_is_refused_in_one_line(tmp_path):
     with pytest.raises(UserError, match="cannot write"):
         write_truth(tmp_path / "no" / "t.csv", [SOME])
+
+
+def table(*rows):
+    """A truth table of dicts; what they lack is unknown."""
+    lines = [",".join(COLUMNS), *(",".join(str(row.get(name, "")) for name in COLUMNS) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    "rows, part",
+    [
+        ([], "names no frame"),
+        ([{"id": 3}], "line 2: frame is missing"),
+        ([{"frame": "a.pgm", "id": -1}], "line 2: -1 is no ID; without a marker it is left empty"),
+        ([{"frame": "a.pgm", "id": 65535}], "line 2: 65535 is no ID"),
+        ([{"frame": "a.pgm", "id": 3, "x_px": 5}] * 2, "line 3: the marker of line 2 once more"),
+    ],
+)
+def test_what_no_truth_can_be_is_refused(tmp_path, rows, part):
+    (tmp_path / "truth.csv").write_text(table(*rows))
+    assert part in refusal(tmp_path / "truth.csv")
+
+
+@pytest.mark.parametrize(
+    "headings, is_told",
+    [
+        ((0.1, 3.2, 6.2), True),
+        ((-3.1, 0.5), True),
+        ((0.1, 1.5, 3.1), False),
+        ((0.1, 3.2, 7), False),
+        ((3,), False),
+    ],
+)
+def test_headings_that_are_perhaps_radians_are_told(tmp_path, capsys, headings, is_told):
+    rows = [{"frame": "%d.pgm" % k, "id": 3, "heading_deg": heading} for k, heading in enumerate(headings)]
+    (tmp_path / "truth.csv").write_text(table(*rows))
+    assert [one.heading_deg for one in read_truth(tmp_path)] == list(headings)
+    assert ("are they radians?" in capsys.readouterr().err) == is_told

@@ -51,7 +51,8 @@ class Outcome:
             if name in self.by_frame:
                 self._add(name, markers, self.by_frame[name])
         if not self.tally.frames:
-            raise UserError("%s has none of the frames that the truth names" % self.label)
+            named = "".join(", such as %s" % name for name in self.missing[:1])
+            raise UserError("%s has none of the frames that the truth names%s" % (self.label, named))
         self.places.sort(key=lambda place: place.grade)
 
     def _add(self, name, markers, dicts):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -81,10 +82,10 @@ def _record(line):
         name, found = record["frame"], record["detections"]
         for one in found:
             numbers = [one[key] for key in _KEYS[1:]]
-            if not all(isinstance(value, (int, float)) for value in numbers):
+            if not all(type(value) in (int, float) and math.isfinite(value) for value in numbers):
                 return None, None
-            if one["id"] is not None and not isinstance(one["id"], int):
+            if one["id"] is not None and type(one["id"]) is not int:
                 return None, None
-        return str(name), found
-    except (ValueError, KeyError, TypeError):
+        return name + "", found
+    except (ValueError, KeyError, TypeError, OverflowError):
         return None, None
