@@ -377,9 +377,13 @@ def coded_verdict(lines, marker_id):
     return verdict, acceptance.marker_id
 
 
-def halves(bit, near, far, near_mean, far_mean, stray=0, stray_half=7):
-    """The verdict on an ID 5 one of whose bits is measured like this."""
+def halves(bit, near, far, near_mean, far_mean, stray=0, stray_half=7, ring=1000, brighter=0):
+    """The verdict on an ID 5 one of whose bits is measured like this, beside a ring of that area."""
     lines = Lines(5)
+    rings = Rings()
+    for sector in range(16):
+        rings.inner_means[16 + sector] = ring
+    lines.brighten(2 * bit, 500, brighter)
     lines.stray(stray)
     lines.put(5, layouts.POSITION_NEAR_MEAN, BIAS + stray_half)
     lines.put(5, layouts.POSITION_FAR_MEAN, BIAS - stray_half)
@@ -388,7 +392,7 @@ def halves(bit, near, far, near_mean, far_mean, stray=0, stray_half=7):
     lines.put(position, layouts.POSITION_FAR, far)
     lines.put(position, layouts.POSITION_NEAR_MEAN, BIAS + near_mean)
     lines.put(position, layouts.POSITION_FAR_MEAN, BIAS + far_mean)
-    return code_verdict(lines)[:2]
+    return code_verdict(lines, rings)[:2]
 
 
 def test_an_edge_a_cable_or_a_stain_is_no_line():
@@ -405,9 +409,17 @@ def test_an_edge_a_cable_or_a_stain_is_no_line():
         lines.brighten(2, 500, brighter)
         assert code_verdict(lines)[:2] == expected, (area, brighter)
     # one half of it
-    assert halves(1, 0, 100, 60, 260) == told
-    assert halves(1, 0, 100, 59, 261) == doubt
-    assert halves(1, 24, 100, 20, 300) == told
+    assert halves(1, 0, 100, 60, 260, ring=780) == told
+    assert halves(1, 0, 100, 59, 261, ring=780) == doubt
+    assert halves(1, 24, 100, 20, 300, ring=780) == told
+    # of which the ring beside it, or light, tells no reason
+    assert halves(1, 60, 60, 250, 110) == halves(1, 60, 60, 110, 250) == told
+    assert halves(1, 60, 60, 250, 109) == halves(1, 60, 60, 109, 250) == doubt
+    assert halves(1, 60, 60, 250, 109, ring=780) == told
+    assert halves(1, 60, 60, 250, 109, ring=781) == doubt
+    assert halves(1, 60, 60, 250, 109, ring=0) == doubt  # where a line was expected
+    assert halves(1, 60, 60, 250, 109, brighter=17) == told
+    assert halves(1, 60, 60, 250, 109, brighter=16) == doubt
     assert halves(1, 0, 100, 150, 200, stray=75) == told
     assert halves(1, 0, 100, 150, 200, stray=76) == doubt
     # an empty bit one half of which is deep

@@ -69,6 +69,8 @@ _LEAST = const(24)  # area of any 1 below the darker side,
 _EVEN = const(75)  # where a half of what must be empty strays more,
 _EDGE_GLARE = const(15)  # or it has none and is so much brighter than the mean: the edge of a reflection
 _HALF_LEAST = const(60)  # where that of a half is less, each half's below the mean of the sides;
+_HALVES_Q4 = const(7)  # the shallower half of a 1 has this share of the deeper one's depth,
+_SOUND_Q8 = const(200)  # unless the ring beside it has less than this share of the rings' mean area
 _STRAY_MOST = const(150)  # and what must be empty strays no more
 _WEAK_Q8 = const(66)  # a 0 is believed when the ring beside it has this share of the rings' mean area,
 _HIDDEN_DEPTH = const(20)  # or some of it, and the 0 is as empty as this and not bright,
@@ -218,6 +220,19 @@ def code_rules(rules: ptr32, code: ptr32, light: ptr32, fit: ptr32, inner_means:
                     signs = 2
             if near < _LEAST or far < _LEAST:
                 if depth + depth - half < _HALF_LEAST or int(light[_LIGHT_STRAY]) > _STRAY_MOST:
+                    signs = 2
+            if ((depth + depth - half) << 4) < half * _HALVES_Q4 and glare < _PALE_GLARE:
+                # half a line fades beside a ring that fades, or in light; else it is a stain
+                weak = (int(fit[_FIT_AREA]) * _SOUND_Q8) >> 8
+                hidden = 0
+                sector = (((angle - bit * 16384) >> 12) & 15) + 15
+                last = sector + 2
+                while sector <= last:
+                    value = int(inner_means[16 + (sector & 15)])
+                    if value > 0 and value < weak:
+                        hidden = 1
+                    sector += 1
+                if hidden == 0:
                     signs = 2
             if signs > 1:
                 in_doubt = 1
