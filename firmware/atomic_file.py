@@ -24,9 +24,9 @@ def unseal(data):
     """The text of a file, which ends with a line with its CRC; None when it is not whole.
 
     A JSON object without the line of the CRC is taken as written by hand: cut off anywhere, it would lack
-    its last brace (the texts kept here have one only at their end)."""
+    its last brace (the texts kept here have one only at their end). Windows' editors put a mark in front."""
     if b"\n#crc" not in data and data.strip()[-1:] == b"}":
-        return data.decode()
+        return data.lstrip(b"\xef\xbb\xbf").decode()
     end = len(data) - _CRC_LINE
     if end < 0:
         return None

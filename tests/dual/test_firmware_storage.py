@@ -103,6 +103,7 @@ def test_seal():
 def test_a_file_written_by_hand_is_taken_when_it_is_whole():
     text = '{"width": 320, "map": [[1, 2, 3, 4]]}'
     assert unseal(text.encode()) == text and unseal(text.encode() + b"\r\n") == text + "\r\n"
+    assert unseal(b"\xef\xbb\xbf" + text.encode()) == text
     data = sealed(text)
     for index in range(len(data)):
         assert unseal(data[:index]) in (None, text, text + "\n"), index

@@ -366,3 +366,25 @@ def test_a_signal_ends_it_well(tmp_path):
         with mjpeg_server() as server, running(tmp_path, "--source", server.address) as (process, _):
             process.send_signal(number)
             assert process.wait(timeout=PATIENCE_S) == 0
+
+
+def test_a_file_of_settings_as_editors_of_windows_save_it(tmp_path):
+    source = video(tmp_path / "drive.avi", PICTURES)
+    path = tmp_path / "settings.json"
+    for data, part in (
+        (b"\xef\xbb\xbf" + b'{"version": 1, "margin_min": 7}', None),
+        ('{"version": 1}'.encode("utf-16"), "is a text in UTF-16: save it as UTF-8"),
+        ('{"version": 1}'.encode("utf-16-le"), "is a text in UTF-16-LE: save it as UTF-8"),
+    ):
+        path.write_bytes(data)
+        done = subprocess.run(
+            command(tmp_path, "--source", source, "--every", "--stdout"),
+            env=environment(tmp_path),
+            capture_output=True,
+            timeout=PATIENCE_S,
+        )
+        told = done.stderr.decode()
+        if part:
+            assert done.returncode == 2 and part in told and path.read_bytes() == data
+        else:
+            assert done.returncode == 0 and "default" not in told, told

@@ -158,6 +158,16 @@ def test_openmv_stream_of_grey_frames(tmp_path):
         assert (first == FRAME).all() and (second == other).all()
 
 
+def test_openmv_streams_one_after_the_other(tmp_path):
+    frames = [FRAME, FRAME[::-1].copy(), FRAME[:, ::-1].copy()]
+    parts = [(GRAYSCALE, frame.shape[1], frame.shape[0], frame.tobytes(), frame.size) for frame in frames]
+    path = write(tmp_path / "a.bin", stream_v2(*parts[:2]) + stream_v2(parts[2]))
+    assert all((a == b).all() for a, b in zip(read(path), frames, strict=True))
+    old = [(1, frame.shape[1], frame.shape[0], frame.tobytes()) for frame in frames]
+    path = write(tmp_path / "b.bin", stream_v1(b"1.1", old[0]) + stream_v1(b"1.1", *old[1:]))
+    assert all((a == b).all() for a, b in zip(read(path), frames, strict=True))
+
+
 def test_openmv_stream_of_compressed_frames(tmp_path):
     data = encoded(".png")
     assert (one(write(tmp_path / "p.bin", stream_v2((0x06070000, 45, 31, data, len(data))))) == FRAME).all()

@@ -144,6 +144,7 @@ def test_processes_give_the_same_as_one(folder):
         (["frames", "--detections", "frames/f0.pgm"], "f0.pgm is no text"),
         (["frames", "--detections", "other.jsonl"], "other has none of the frames that the truth names"),
         (["frames", "--board", "none.jsonl"], "--board needs the --settings"),
+        (["frames", "--settings", "s.json"], "--settings are those of the board: they go with --board"),
         (["frames", "--board", "none.jsonl", "--settings", "s.json"], "cannot read none.jsonl"),
         (
             ["frames", "--board", "other.jsonl", "--settings", "s.json"],

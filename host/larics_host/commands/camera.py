@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import codecs
 import json
 import os
 import subprocess
@@ -66,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     import larics
     from larics_host.compilation import compile_once, is_compiled
     from larics_host.connection.camera_settings import parse_changes
-    from larics_host.files import read_bytes
+    from larics_host.files import encoding_of, read_bytes
     from larics_host.sources import source_root
 
     if not sys.platform.startswith("linux"):
@@ -86,7 +87,11 @@ def run(args: argparse.Namespace) -> int:
     if args.baud is not None and not args.baud > 0:
         raise UserError("--baud %d: give a number above 0" % args.baud)
     if args.settings and Path(args.settings).exists():
-        head = read_bytes(args.settings).strip()
+        head = read_bytes(args.settings)
+        encoding = encoding_of(head[:4])
+        if not encoding.startswith("utf-8"):
+            raise UserError("%s is a text in %s: save it as UTF-8" % (args.settings, encoding.upper()))
+        head = head.removeprefix(codecs.BOM_UTF8).strip()
         if head and not head.startswith(b"{"):
             text = "%s is no file of settings, and saving would overwrite it: choose another name"
             raise UserError(text % args.settings)

@@ -76,6 +76,8 @@ def run(args: argparse.Namespace) -> int:
         refuse_other(args.report, PAGE)
     if args.json and args.json != "-":
         refuse_existing(args.json, args.force)
+    if args.settings and not args.board:
+        raise UserError("--settings are those of the board: they go with --board")
     board = _compare_with_board(args) if args.board else None
     outcomes, judged, comparison, truths = [], [], None, {}
     if not args.board or is_address(args.folder) or (Path(args.folder) / "truth.csv").exists():

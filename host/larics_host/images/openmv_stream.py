@@ -98,9 +98,12 @@ def read_stream(file: BinaryIO) -> Iterator[np.ndarray]:
     header_size = 16 if old else 32
     number = 0
     while True:
-        header = file.read(header_size)
+        header = file.read(16)
         if not header:
             break
+        if header.startswith(MAGIC) and header[len(MAGIC) :] == version:
+            continue  # streams one after the other, as cat joins them
+        header += file.read(header_size - 16)
         try:
             if len(header) < header_size:
                 raise UserError("truncated")
