@@ -109,15 +109,32 @@ def test_three_contradictions_are_no_id():
     assert cells.decide(5) == UNKNOWN
 
 
-def test_a_search_that_takes_long_is_ended_with_what_is_known():
-    """As a harsh frame had it; of the words that are left none costs less than 180 in all."""
-    shown = (0, 0, 0, 0, 0, 17, 41, 41, 43, 64, 64, 64, -64, 64, 64, 64, 64, 64, 52, 26, -64, -18, -64, -64)
+def search(shown, shown_lines):
+    """What `likeliest_words` finds for 24 weights of cells and three of lines: ID, cost, second's cost."""
     weights = array("i", [BIAS + weight for weight in shown] + [0, 0])
-    lines = array("i", (BIAS + 64, BIAS - 32, BIAS + 64, 0))
+    lines = array("i", [BIAS + weight for weight in shown_lines] + [0])
     rows, found = array("i", bytes(4 * cell_search.SCRATCH)), array("i", bytes(20))
     allowed = id_set(None, True, False)
     cell_search.likeliest_words(rows, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, found)
-    assert list(found[:3]) == [4021, 18, 180]  # all words of three changes show 210
+    return list(found[:3])
+
+
+def test_a_search_that_takes_long_is_ended_with_what_is_known():
+    """As a harsh frame had it; of the words that are left none costs less than 180 in all."""
+    shown = (0, 0, 0, 0, 0, 17, 41, 41, 43, 64, 64, 64, -64, 64, 64, 64, 64, 64, 52, 26, -64, -18, -64, -64)
+    assert search(shown, (64, -32, 64)) == [4021, 18, 180]  # all words of three changes show 210
+
+
+def test_a_search_goes_on_while_it_takes_little():
+    """As a marker at the border had it: of words that are left none costs less than 191."""
+    shown = [-61, -57, -59, -64, -64, -64, -26] + 8 * [0] + [-63] + 8 * [-64]
+    assert search(shown, (64, -32, 64)) == [0, 0, 192]
+
+
+def test_a_search_goes_on_while_the_second_may_leave_the_first_to_be_told():
+    """As a covered marker had it: words of three changes tell that the second costs 96, and not 90."""
+    shown = (0, 0, 0, 64, 0, 64, 64, 64, 0, 0, 64, 64, 25, 0, 26, 23, -43, -42, 19, -42, -43, 20, 20, -13)
+    assert search(shown, (-32, 64, 64)) == [4078, 0, 96]
 
 
 def test_too_few_cells_tell_nothing():

@@ -8,7 +8,7 @@ picture shows to be hidden stays hidden.
 On a Cortex-M7 it takes 5 to 6 million instructions of a marker, up to 11 where other candidates come
 first. Where there was no marker for six frames, a frame takes 1.0 to 2.7 million with all searches, with
 look-alikes up to 6.5; from 10 to 60 px, where scales take turns, 5 to 9, up to 13. Before that it is up to
-6.7 and, from 10 to 60 px, 17: `larics.detect.statistics` says what a frame may spend.
+6.6 and, from 10 to 60 px, 17.5: `larics.detect.statistics` says what a frame may spend.
 """
 
 try:
