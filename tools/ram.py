@@ -22,9 +22,11 @@ MARCH = "armv7emsp"
 # loaded with the usual settings: not what other settings, cameras or commands ask for
 NOT_LOADED = (
     "cameras/", "larics/arith/float32", "larics/boards", "larics/detect/paper", "larics/detect/thinned",
-    "larics/kernels/paper", "larics/kernels/raw", "larics/locate/carrier", "larics/locate/coasting",
+    "larics/kernels/covariance", "larics/kernels/paper", "larics/kernels/raw", "larics/kernels/rolling",
+    "larics/locate/carrier", "larics/locate/coasting",
     "larics/locate/localizer", "larics/locate/marker_map", "larics/locate/matching", "larics/locate/motion",
-    "larics/locate/navigator", "larics/locate/noise", "larics/locate/odometry_shares", "larics/locate/route",
+    "larics/locate/navigator", "larics/locate/noise", "larics/locate/odometry_shares",
+    "larics/locate/rolling", "larics/locate/route",
     "larics/locate/uncertainty", "larics/locate/wheel_noise", "larics/marker/far_apart",
     "larics/wire/mavlink", "larics/wire/messages", "larics/wire/nmea",
 )  # fmt: skip
