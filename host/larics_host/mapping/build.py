@@ -338,7 +338,7 @@ def _add_doubts(covariance, doubts, graph, numbers):
             off = np.subtract(doubt.other, graph.places[doubt.place])
             off[2] = wrapped(off[2])
             off *= math.sqrt(doubt.share)
-            off[:2] *= min(1.0, _DOUBT_MOST_MM / math.hypot(*off[:2]))
+            off[:2] *= _DOUBT_MOST_MM / max(_DOUBT_MOST_MM, math.hypot(*off[:2]))
             off[2] = min(max(off[2], -_DOUBT_MOST_RAD), _DOUBT_MOST_RAD)
             own = slice(3 * numbers.index(doubt.place), 3 * numbers.index(doubt.place) + 3)
             covariance[own, own] += np.outer(off, off)

@@ -26,10 +26,15 @@ _LENGTH = (
 )
 _PLACE = "marker %d is %.0f mm from the given place by all else: measure again; is this the ID?"
 _TWICE = (
-    "marker %d was read at two places %.1f m apart, and the map has one of them: was it moved, or is a "
+    "marker %d was read at two places %.1f m apart, and the map has %s of them: was it moved, or is a "
     "reading wrong? Drive by once more"
 )
+_MISREAD = (
+    "marker %d may have been moved: another ID was read %.1f m from its place, where the map has none, and "
+    "the map has %s of the two; drive by once more"
+)
 _NEAR_MM = 100.0, 1500.0  # by which a marker may have been moved; farther, one reading is of another marker
+_MOVED_MM = 150.0, 700.0  # the same where its ID was misread there
 _PLATE_MM = 450.0  # from another marker; nearer, it was that one which was read
 _TOLD = 1e-4  # share of a variance that others have to leave
 
@@ -60,44 +65,71 @@ def by_all_else(graph: Graph, marginals: Covariance, places: dict[int, Place]) -
 
 
 class Doubt(NamedTuple):
-    """Of a place: its number, the other place (x mm, y mm, rad) at which its ID was read, and the share of
-    the readings that are of that one."""
+    """Of a place: its number; the other place (x mm, y mm, rad) where it may be; how probable that is;
+    whether that was read later than this one, in part at least; whether another ID was read there."""
 
     place: int
     other: Pose
     share: float
+    is_later: bool
+    is_misread: bool
 
 
 def of_two_places(graph: Graph) -> list[Doubt]:
-    """Doubts about places that a solved graph has, while another reading of the ID, which does not count, is
-    of where no other marker hangs: it was moved, or a reading is wrong, and nothing tells which."""
-    read: dict[int, list[Reading]] = {}
+    """Doubts about places that a solved graph has, while a reading that does not count, of the same ID or of
+    one that hangs far away, is of where nothing hangs: a marker was moved there, or the reading is wrong, and
+    nothing tells which. What was read nearby before all that counts leaves the place that it has last."""
+    others: dict[int, list[Reading]] = {}
+    misread = set()
+    used: dict[int, list[int]] = {}
     for one in graph.readings:
-        read.setdefault(one.place, []).append(one)
+        if one.used:
+            used.setdefault(one.place, []).append(one.passage)
+    for one in graph.readings:
+        place = None if one.used else _doubted(graph, one, len(used.get(one.place, ())))
+        if place is not None:
+            others.setdefault(place, []).append(one)
+            if place != one.place:
+                misread.add(place)
     found = []
-    for number, readings in read.items():
-        others = np.array([pose[:2] for k, pose in graph.places.items() if k != number]).reshape(-1, 2)
-        aside = [after(graph.poses[one.passage], one.pose) for one in readings if not one.used]
-        used = len(readings) - len(aside)
-        alone = [pose for pose in aside if _is_doubt(pose, graph.places[number], others, used)]
-        if alone:
-            found.append(Doubt(number, alone[-1], len(alone) / (used + len(alone))))
+    for number, readings in others.items():
+        pose, counted = _where(graph, readings[-1]), used.get(number, [])
+        share = len(readings) / (len(readings) + len(counted))
+        is_later = readings[-1].passage > min(counted, default=0)
+        if math.dist(pose[:2], graph.places[number][:2]) < _NEAR_MM[1]:
+            last = readings[-1].passage > max(counted, default=0)
+            share = max(share, 0.5) if last else share if is_later else 0.0
+        found.append(Doubt(number, pose, share, is_later, number in misread))
     return found
 
 
-def _is_doubt(pose, place, others, used):
-    away, nearest = math.dist(pose[:2], place[:2]), min(np.hypot(*(others - pose[:2]).T), default=math.inf)
-    if away > _NEAR_MM[1]:
-        return used == 1 and nearest > _NEAR_MM[1]
-    return away > _NEAR_MM[0] and nearest > _PLATE_MM
+def _where(graph, one):
+    return after(graph.poses[one.passage], one.pose)
+
+
+def _doubted(graph, one, used):
+    """The number of the place that a reading that does not count leaves in doubt, or None; used: the readings
+    of its own place that count."""
+    here = _where(graph, one)[:2]
+    away = {number: math.dist(here, pose[:2]) for number, pose in graph.places.items()}
+    own = away.pop(one.place)
+    nearest = min(away, key=lambda number: away[number], default=None)
+    free = away[nearest] if nearest is not None else math.inf
+    if own < _NEAR_MM[1]:
+        return one.place if own > _NEAR_MM[0] and free > _PLATE_MM else None
+    if free > _NEAR_MM[1]:
+        return one.place if used == 1 else None
+    return nearest if _MOVED_MM[0] < free < _MOVED_MM[1] else None
 
 
 def told(doubts: Iterable[Doubt], graph: Graph, places: dict[int, Place]) -> list[str]:
     """Lines about doubts."""
-    return [
-        _TWICE % (places[one.place].id, math.dist(one.other[:2], graph.places[one.place][:2]) / 1000)
-        for one in doubts
-    ]
+    lines = []
+    for one in doubts:
+        away = math.dist(one.other[:2], graph.places[one.place][:2]) / 1000
+        text = _MISREAD if one.is_misread else _TWICE
+        lines.append(text % (places[one.place].id, away, "the first" if one.is_later else "the last"))
+    return lines
 
 
 def _apart(first, second, mm, told):

@@ -21,6 +21,7 @@ _SIZES_MM = np.array([0.0, 5.0, 12.0, 30.0])  # of a slip, standard deviations; 
 _OF_SIZE = np.array([0.4, 0.4, 0.2])  # shares of the slips
 _PRIOR_M = 50.0  # of way with one slip, which is what is thought before
 _CHANGED, _FEW = 0.4, 0.01  # of a leg's noise, and so many legs, that is worth solving anew
+_STEP = 0.5  # of the way to it: legs that explain the same swing to and fro together at once
 _BOUND = 1 - 1e-6  # of a leg that nothing else tells of
 
 
@@ -51,9 +52,10 @@ def weigh(graph: Graph, marginals: Covariance) -> Weighed:
         likely = np.exp(scores - scores.max())
         likely /= likely.sum()
         graph.slipped[a] = 1 - float(likely[0])
-        graph.noises[a] = math.exp(float(likely @ np.log(noises)))  # where it is not certain, in between
+        wanted = float(likely @ np.log(noises)) - math.log(before)  # where it is not certain, in between
+        graph.noises[a] = before * math.exp(_STEP * wanted)
         graph.expected[a] = float(likely @ noises)
-        changed += abs(math.log(graph.noises[a] / before)) > _CHANGED
+        changed += abs(wanted) > _CHANGED
         squares += likely[0] * told[0].squares
         freedom += likely[0] * told[0].freedom
     return Weighed(changed > _FEW * len(graph.legs), squares, freedom)
