@@ -16,7 +16,7 @@ from larics.wire import messages as m
 
 _WITH_SECOND_OPINION = 176 << 10  # free bytes on a small heap without which its code is not even loaded:
 # once loaded, MicroPython never frees native code
-_RESERVE = 12288  # what a detector leaves to the rest of the program there: commands, settings, a map
+_RESERVE = 16384  # what a detector leaves to the rest of the program there: commands, settings, a map
 _LEAST_RADII_PX = (0, 15, 22)  # where even less fits: rings that small need finer grids
 
 
