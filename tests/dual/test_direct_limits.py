@@ -665,3 +665,27 @@ def test_a_radius_is_told_beyond_what_oblique_rows_make_of_it():
         found = Detection()
         reader.tell(found)
         assert found.radius_q8 == told_q8
+
+
+def matrix(slope):
+    """Eight parameters, of which the first two are determined together by so much."""
+    work = array("i", [BIAS] * 240)
+    for row in range(8):
+        work[layouts.ROBUST_MATRIX + row * 9] = BIAS + 2400
+    work[layouts.ROBUST_MATRIX + 8] = BIAS + slope
+    return work
+
+
+def test_sectors_that_do_not_determine_the_robust_centre():
+    # 102 and 100 of 2400 are left of the second parameter
+    assert robust.factor_matrix(0, 0, 0, matrix(2349)) == 1
+    assert robust.factor_matrix(0, 0, 0, matrix(2350)) == 0
+
+
+def test_shares_of_a_variance_have_a_limit():
+    def variance(beyond):
+        return robust.variance_of(0, 0, 0, matrix(0), 0, beyond)
+
+    own, most = 4096 * 256 // 2400, (30000 * 30000 >> 12) * 256 // 2400
+    assert variance(937) == own + (29984 * 29984 >> 12) * 256 // 2400
+    assert variance(938) == variance(1000) == variance(-1000) == own + most
