@@ -7,6 +7,7 @@
  *     marker NOW        prints state, age, and ID, x, y of the target (0 without one)
  *     pose NOW          prints state, age, and ID, x, y
  *     search NOW        prints larics_may_search       by NOW          whether to drive by the last message
+ *     status NOW        prints the age of the faults told
  *     follow HERE NEXT  chooses by route               noticed         prints counters as name=value
  */
 #include <inttypes.h>
@@ -44,6 +45,7 @@ static void set(const char *name, const char *value)
     LIMIT(most_way_mm, uint16_t)
     LIMIT(challenge_ms, uint16_t)
     LIMIT(answer_ms, uint16_t)
+    LIMIT(status_ms, uint16_t)
     LIMIT(choice.mode, uint8_t)
     LIMIT(choice.id, uint16_t)
     LIMIT(choice.next_id, uint16_t)
@@ -109,6 +111,8 @@ int main(void)
             printf("%d\n", larics_may_drive_by(&camera, &decoder.message, now));
         } else if (!strcmp(word, "search")) {
             printf("%d\n", larics_may_search(&camera, now));
+        } else if (!strcmp(word, "status")) {
+            printf("%lu\n", (unsigned long)larics_status_age_ms(&camera, now));
         } else if (!strcmp(word, "follow")) {
             larics_choice_follow(&camera.choice, (uint16_t)now, (uint16_t)strtoul(second, NULL, 0));
         } else if (!strcmp(word, "noticed")) {

@@ -5,7 +5,7 @@ from collections import namedtuple
 
 NAMES = (
     *("waiting", "silent", "foreign", "restarted", "unproven", "faulty", "stalled", "frozen", "damaged"),
-    *("overrun", "no_marker", "unusable", "strayed", "imprecise", "good"),
+    *("overrun", "no_marker", "unusable", "strayed", "imprecise", "good", "no_status"),
 )
 NEVER = 0xFFFFFFFF
 View = namedtuple("View", "state age_ms id x y")
@@ -63,6 +63,9 @@ class Session:
 
     def pose(self, now=None):
         return self._view("pose", now)
+
+    def status_age_ms(self):
+        return int(self._ask("status", self.now % 2**32))
 
     def may_search(self):
         return self._ask("search", self.now % 2**32) == "1"

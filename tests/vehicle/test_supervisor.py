@@ -35,7 +35,10 @@ def test_an_undamaged_stream_is_always_fresh_with_one_reading_of_the_clock_a_loo
     camera = Stream()
     asked = stopped = 0
     with started(program, camera) as session:
-        ends = [(session.now + 20 + k * 50 // 3, camera.marker()) for k in range(600)]
+        ends = [
+            (session.now + 20 + k * 50 // 3, camera.marker() if k % 60 else camera.status(2 + k // 60))
+            for k in range(600)
+        ]
         top = session.now
         while ends:
             top += 1 + top % 4
@@ -133,6 +136,47 @@ def test_a_lasting_fault_that_touches_the_measurement(program, code):
         assert session.marker().state == "good"
 
 
+@pytest.mark.parametrize("active_faults", [0, 1 << m.FAULT_CAMERA_DARK])
+def test_a_status_that_stops_leaves_the_health_unknown(program, active_faults):
+    """While the markers go on: neither the faults told last nor their absence stand for ever."""
+    camera = Stream()
+    with started(program, camera) as session:
+        session.later(camera.status(2, active_faults=active_faults))
+        before = "faulty" if active_faults else "good"
+        for _ in range(25):
+            session.later(camera.marker(), 200)
+            assert session.marker().state == before and 0 < session.status_age_ms() <= 5000
+        session.later(camera.marker(), 200)
+        assert session.marker().state == "no_status" and not session.may_search()
+        session.later(camera.pose())
+        assert session.pose().state == "no_status"
+        for _ in range(300):
+            session.later(camera.marker(), 200)
+            assert session.marker().state == "no_status"
+        assert session.status_age_ms() == NEVER
+        session.later(camera.status(90) + camera.marker())
+        assert session.marker().state == "good" and session.status_age_ms() == 0
+    with started(program, camera := Stream(), status_ms=0) as session:  # who gets no STATUS has to say so
+        for _ in range(30):
+            session.later(camera.marker(), 200)
+        assert session.marker().state == "good"
+
+
+def test_a_camera_that_never_tells_its_status(program):
+    camera = Stream()
+    with Session(program) as session:
+        session.later(b"", 30_000)
+        session.later(camera.marker())
+        assert session.marker().state == "good" and session.status_age_ms() == NEVER
+        for _ in range(26):
+            session.later(camera.marker(), 200)
+        assert session.marker().state == "no_status"
+        session.later(Stream(boot=2000).info())  # its first STATUS may take as long
+        camera.sequence = 1
+        session.later(camera.marker())
+        assert session.marker().state == "good"
+
+
 def test_a_restart_voids_what_was_before(program):
     camera = Stream()
     with started(program, camera) as session:
@@ -170,6 +214,12 @@ def test_the_same_picture_again_and_again(program):
         assert session.marker().state == "frozen"
         session.later(camera.marker(noise=3))
         assert session.marker().state == "good"
+        for _ in range(25):
+            session.later(camera.marker(noise=0) + camera.nothing(), 5)  # flickers: still the same picture
+        assert session.marker().state == "frozen"
+        for _ in range(60):  # the marker is gone, so it is another picture
+            session.later(camera.nothing(), 10)
+        assert session.marker().state == "no_marker" and session.may_search()
 
 
 def test_missing_messages(program):
@@ -241,9 +291,11 @@ def test_a_challenge_is_answered_at_the_rate_that_was_set(program):
     with challenged(program, camera) as session:
         assert session.marker().state == "good"
         asked = 0
-        for _ in range(1000):
+        for k in range(1000):
             request = session.challenge()
             asked += bool(request)
+            if k % 200 == 100:
+                session.later(camera.status(1 + k // 200), 0)
             session.later((camera.answer(request) if request else b"") + camera.marker(), 5)
             assert session.marker().state == "good"
         assert asked == 5

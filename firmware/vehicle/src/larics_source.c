@@ -45,6 +45,8 @@ static int restart(larics_supervisor *camera, uint16_t boot, int is_proof)
     camera->has_info = camera->has_proof = camera->is_anchored = 0;
     camera->uptime_s = 0;
     camera->faults = 0;
+    camera->has_status = 0;
+    camera->told_ms = camera->drained_ms;
     return 1;
 }
 
@@ -143,6 +145,8 @@ int larics_source_status(larics_supervisor *camera, const larics_status *status,
         return 0;
     camera->uptime_s = status->uptime_s;
     camera->faults = status->active_faults;
+    camera->told_ms = camera->drained_ms;
+    camera->has_status = 1;
     return 1;
 }
 

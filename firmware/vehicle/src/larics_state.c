@@ -20,6 +20,12 @@ uint32_t larics_pose_age_ms(const larics_supervisor *camera, uint32_t now_ms)
     return age_ms(camera->pose_ms, age_us, camera->pose_line_ms, now_ms);
 }
 
+uint32_t larics_status_age_ms(const larics_supervisor *camera, uint32_t now_ms)
+{
+    uint32_t age = larics_since_ms(camera->told_ms, now_ms);
+    return camera->has_status && age <= LARICS_OLDEST_MS ? age : LARICS_NEVER;
+}
+
 /* What forbids steering whatever is measured, or LARICS_GOOD. */
 static uint8_t camera_state(const larics_supervisor *camera, uint32_t now_ms)
 {
@@ -29,6 +35,7 @@ static uint8_t camera_state(const larics_supervisor *camera, uint32_t now_ms)
     if (camera->is_foreign) return LARICS_FOREIGN;
     if (camera->is_restarted) return LARICS_RESTARTED;
     if (!larics_source_is_proven(camera, now_ms)) return camera->is_overrun ? LARICS_OVERRUN : LARICS_UNPROVEN;
+    if (limits->status_ms && larics_since_ms(camera->told_ms, now_ms) > limits->status_ms) return LARICS_NO_STATUS;
     if (camera->faults & limits->faults & ~LARICS_BIT(LARICS_FAULT_CAMERA_FROZEN)) return LARICS_FAULTY;
     if (!camera->has_frame || larics_since_ms(camera->frame_ms, now_ms) > limits->stalled_ms) return LARICS_STALLED;
     if (camera->faults & limits->faults) return LARICS_FROZEN;

@@ -32,6 +32,7 @@ void larics_limits_usual(larics_limits *limits, uint32_t baud)
     limits->answer_ms = 150;
     larics_choice_init(&usual, NULL);
     limits->choice = usual.rule;
+    limits->status_ms = 5000;
 }
 
 /* Milliseconds of a whole message on the line, rounded up. */
@@ -74,6 +75,11 @@ static void forget_old(larics_supervisor *camera, uint32_t now_ms)
     if (is_old(camera->seen_ms, now_ms, 0)) camera->has_seen = 0;
     if (is_old(camera->frame_ms, now_ms, 0)) camera->frame_ms = now_ms - LARICS_OLDEST_MS;
     if (is_old(camera->heard_ms, now_ms, 0)) camera->heard_ms = now_ms - LARICS_OLDEST_MS;
+    if (is_old(camera->told_ms, now_ms, 0)) {
+        camera->told_ms = now_ms - LARICS_OLDEST_MS;
+        camera->has_status = 0;
+    }
+    if (is_old(camera->picture_ms, now_ms, 0)) camera->picture_ms = now_ms - LARICS_OLDEST_MS;
     if (is_old(camera->asked_ms, now_ms, NEAR_FUTURE_MS)) camera->has_asked = camera->asked = 0;
     if (is_old(camera->proven_ms, now_ms, camera->limits.challenge_ms)) camera->has_proof = 0;
 }
@@ -143,13 +149,25 @@ static void compare_picture(larics_supervisor *camera, const larics_marker *m)
     }
     if (picture != camera->pictures[0]) camera->pictures[1] = camera->pictures[0];
     camera->pictures[0] = picture;
+    camera->picture_ms = camera->drained_ms;
     camera->has_picture = 1;
+}
+
+/* Frames without a marker for so long are no more of the picture that was compared. */
+static void forget_picture(larics_supervisor *camera)
+{
+    if (larics_since_ms(camera->picture_ms, camera->drained_ms) <= camera->limits.stalled_ms) return;
+    camera->has_picture = 0;
+    camera->equal_frames = 0;
 }
 
 static void take_marker(larics_supervisor *camera, const larics_marker *marker)
 {
     take_frame(camera, marker->frame);
-    if (marker->count == 0) return;
+    if (marker->count == 0) {
+        forget_picture(camera);
+        return;
+    }
     if (marker->index == 0) compare_picture(camera, marker);
     if (marker->flags & UNUSABLE_FLAGS) {
         camera->seen_ms = camera->drained_ms;
@@ -203,6 +221,7 @@ int larics_supervise(larics_supervisor *camera, const larics_message *message)
         camera->noticed.contradictory++;
         return 0;
     }
+    if (!camera->has_heard) camera->told_ms = camera->drained_ms;
     is_accepted = take(camera, message);
     camera->heard_ms = camera->drained_ms;
     camera->has_heard = 1;

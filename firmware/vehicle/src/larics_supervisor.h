@@ -46,6 +46,7 @@ extern "C" {
 #define LARICS_STRAYED 12   /* pose only: carried by odometry for longer or further than the limits */
 #define LARICS_IMPRECISE 13 /* pose only: its sigma is unknown or above the limits */
 #define LARICS_GOOD 14      /* fresh: may be steered by */
+#define LARICS_NO_STATUS 15 /* no STATUS within status_ms: whether it is well is unknown. Weighs as _FAULTY */
 
 typedef struct {
     uint32_t baud;
@@ -66,6 +67,7 @@ typedef struct {
     uint8_t is_pinned;         /* 1: only the camera with `unique_id`; 0: the first one seen */
     uint8_t unique_id[12];     /* as in INFO */
     larics_choice_rule choice;
+    uint16_t status_ms; /* longest time without STATUS, 1 to 59999, else its faults are unknown; 0: not judged */
 } larics_limits;
 
 /* What was refused or noticed since the start. */
@@ -88,7 +90,7 @@ typedef struct {
     larics_choice choice;  /* choice.target: the marker to steer by */
     larics_pose pose;      /* the last one that was not LOST */
     uint8_t pose_state;    /* LARICS_LOST, _COASTING, _TRACKING or _CARRIED as last told */
-    uint32_t faults;       /* lasting faults as last told */
+    uint32_t faults;       /* lasting faults as last told: larics_status_age_ms says when */
     uint8_t unique_id[12]; /* of the camera, when has_identity */
     uint8_t has_identity;
     uint16_t boot;  /* private from here on */
@@ -116,6 +118,9 @@ typedef struct {
     uint8_t asked; /* type of the open challenge, 0 for none */
     uint8_t has_boot, has_info, has_heard, has_frame, has_seen, has_pose, has_proof, has_asked;
     uint8_t is_anchored, is_foreign, is_restarted, is_late, is_overrun, has_picture;
+    uint32_t told_ms; /* last STATUS, or since when one is waited for */
+    uint32_t picture_ms;
+    uint8_t has_status;
 } larics_supervisor;
 
 /* Usual limits for a vehicle of up to 0.5 m/s; see the README for how to choose them. */
@@ -137,13 +142,16 @@ int larics_supervise(larics_supervisor *camera, const larics_message *message);
 size_t larics_challenge(larics_supervisor *camera, uint32_t now_ms, uint16_t *sequence,
                         uint8_t frame[LARICS_MAX_FRAME]);
 
-/* LARICS_WAITING .. LARICS_GOOD */
+/* LARICS_WAITING .. LARICS_NO_STATUS */
 uint8_t larics_marker_state(const larics_supervisor *camera, uint32_t now_ms);
 uint8_t larics_pose_state(const larics_supervisor *camera, uint32_t now_ms);
 
 /* Age in ms, since the exposure, of choice.target and of pose, or LARICS_NEVER. */
 uint32_t larics_marker_age_ms(const larics_supervisor *camera, uint32_t now_ms);
 uint32_t larics_pose_age_ms(const larics_supervisor *camera, uint32_t now_ms);
+
+/* Time in ms since the STATUS that `faults` is from, or LARICS_NEVER: then they are unknown. */
+uint32_t larics_status_age_ms(const larics_supervisor *camera, uint32_t now_ms);
 
 /* 1 when choice.target, or pose, may be steered by: its state is LARICS_GOOD. */
 int larics_marker_is_fresh(const larics_supervisor *camera, uint32_t now_ms);

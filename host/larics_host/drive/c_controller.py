@@ -16,8 +16,8 @@ from larics_host.sources import source_root
 SHIM = Path(__file__).with_name("controller.c")
 STATES = (
     *("waiting", "silent", "foreign", "restarted", "unproven", "faulty", "stalled", "frozen", "damaged"),
-    *("overrun", "no marker", "unusable", "strayed", "imprecise", "good"),
-)  # in the order of LARICS_WAITING .. LARICS_GOOD
+    *("overrun", "no marker", "unusable", "strayed", "imprecise", "good", "no STATUS"),
+)  # in the order of LARICS_WAITING .. LARICS_NO_STATUS
 _MAX_FRAME = 130
 
 

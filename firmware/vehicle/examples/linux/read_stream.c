@@ -96,7 +96,7 @@ static const char *const states[] = {
     "the camera has not proven itself", "the camera reports a fault", "no new frames",
     "the same picture again and again", "too many messages are lost", "not read in time",
     "no marker in sight", "only markers that are uncertain or without offset", "carried for too long",
-    "too imprecise", "good"};
+    "too imprecise", "good", "no STATUS: its faults are unknown"};
 
 int main(int argc, char **argv)
 {
