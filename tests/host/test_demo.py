@@ -13,6 +13,7 @@ from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host.render.scene import Scene
 from larics_host.render.view import truth_of
+from tools.demo import __main__ as demo
 from tools.demo import compare, drive, picture
 
 
@@ -83,6 +84,25 @@ def test_score_counts_right_wrong_spurious_and_lost(tmp_path, truths):
     assert (total.reported, total.wrong, total.spurious, total.found) == (5, 1, 1, 1)
     assert max(total.offsets_mm) < 0.1 and 4 <= total.whole <= 8
     assert compare.line_bytes(path) == 5 * protocol.frame_size(m.MARKER)
+
+
+def test_frames_that_were_not_taken_are_no_lost_ones(tmp_path, truths, capsys):
+    nothing = {"message": "MARKER", "flags": m.MARKER_NONE, "id": None}
+    told = [(0, 7), (4, 8), (6, 10), (7, 11)]  # frame, sequence: 1 to 3 were not taken, 5 was lost
+    lines = [json.dumps(dict(nothing, frame=frame, sequence=sequence)) for frame, sequence in told]
+    path = tmp_path / "run.jsonl"
+    path.write_text("\n".join(lines) + "\n")
+    frames, statuses = compare.read_run(path, truths)
+    assert [frame.index for frame in frames if frame.lost] == [5]
+    total = compare.score(frames)
+    assert (total.reported, total.not_taken) == (4, len(frames) - 5)
+    demo.print_summary(total, statuses, 100)
+    summary = capsys.readouterr().out
+    assert "late                      %d: this machine was too slow" % (len(frames) - 5) in summary
+    assert "lost on the line          1" in summary
+    demo.print_table(frames)
+    table = capsys.readouterr().out
+    assert "late" in table and "lost" not in table
 
 
 def test_the_picture_is_drawn_and_reduced(tmp_path, truths):

@@ -90,7 +90,7 @@ def _row(frame, record):
     text = "%6d %7.2f " % (frame.index, frame.time_s)
     truth = frame.truths[0] if frame.truths else None
     if record is None:
-        text += "%4s %9s %9s %9s %7s  |" % (("-",) * 5 if frame.reported else ("lost",) * 5)
+        text += "%4s %9s %9s %9s %7s  |" % ((_without_marker(frame),) * 5)
     else:
         name = "?" if record["id"] is None else str(record["id"])
         values = name, record["x_mm10"] / 10, record["y_mm10"] / 10, record["heading_cdeg"] / 100
@@ -102,9 +102,20 @@ def _row(frame, record):
     return text + "%9.1f %9.1f %13.2f" % (truth.offset_x_mm, truth.offset_y_mm, heading)
 
 
+def _without_marker(frame):
+    if frame.reported:
+        return "-"
+    return "lost" if frame.lost else "late"
+
+
 def print_summary(total, statuses, bytes_sent):
     say("4. Against the truth")
     say("  frames reported           %d of %d" % (total.reported, total.frames))
+    if total.not_taken:
+        text = "  late                      %d: this machine was too slow to take them at %d frames/s"
+        say(text % (total.not_taken, drive.FPS))
+    if total.frames > total.reported + total.not_taken:
+        say("  lost on the line          %d" % (total.frames - total.reported - total.not_taken))
     rate = 100 * total.found / max(1, total.whole)
     say("  whole markers identified  %d of %d (%.1f %%)" % (total.found, total.whole, rate))
     say("  wrong IDs                 %d, reported where nothing is: %d" % (total.wrong, total.spurious))

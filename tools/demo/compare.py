@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from larics.wire import codec as protocol
 from larics.wire import messages as m
+from larics_host.fleet.tally import missing
 from larics_host.truth import by_frame
 from tools.demo import drive
 
@@ -23,6 +24,7 @@ class Frame:
     pose: tuple | None = None
     state: int = m.LOST
     reported: bool = False
+    lost: bool = False  # messages are missing where it should be; else the camera did not take it
 
 
 def angle(difference_deg):
@@ -38,13 +40,21 @@ def read_run(path, truths):
         for index, name in ((k, drive.name_of(k)) for k in range(drive.frame_count()))
     ]
     statuses = []
+    before, gone, newest = None, 0, -1  # number of the last message, missing since the newest frame
     for line in path.read_text().splitlines():
         record = json.loads(line)
+        sequence = record.get("sequence")
+        gone += missing(before, sequence)
+        before = sequence
         if record["message"] == "STATUS":
             statuses.append(record)
         if record["message"] not in ("MARKER", "POSE") or record["frame"] >= len(frames):
             continue
         frame = frames[record["frame"]]
+        if frame.index > newest:
+            for passed in frames[newest + 1 : frame.index]:
+                passed.lost = gone > 0
+            gone, newest = 0, frame.index
         if record["message"] == "POSE":
             frame.state = record["state"]
             if record["state"] != m.LOST:
@@ -62,6 +72,7 @@ class Score:
 
     frames: int = 0
     reported: int = 0
+    not_taken: int = 0  # by the camera, so that nothing could be reported
     whole: int = 0  # markers whose plates are entirely inside a reported frame
     found: int = 0
     wrong: int = 0
@@ -94,6 +105,7 @@ def score(frames):
     total = Score(len(frames))
     for frame in frames:
         total.reported += frame.reported
+        total.not_taken += not frame.reported and not frame.lost
         matched = {}
         for record in frame.markers:
             truth = match(record, frame)

@@ -153,6 +153,7 @@ class _Log:
     def __init__(self, args, source, recorder, start_s, pictures):
         from larics_host.connection.line_watch import LineWatch
         from larics_host.connection.receiver import Receiver
+        from larics_host.connection.source_watch import SourceWatch
 
         self._args = args
         self._start_s = start_s
@@ -160,7 +161,7 @@ class _Log:
         self._recorder = recorder
         self._receiver = Receiver()
         self._watch = LineWatch()
-        self._unique_id = None
+        self._sources = SourceWatch()
         self._pictures = pictures
         self._asker = self._make_asker() if args.pictures is not None else None
 
@@ -207,8 +208,13 @@ class _Log:
         fields = message.fields
         if message.name == "MARKER" and fields.frame in self._pictures and fields.index + 1 >= fields.count:
             self._add_picture(fields.frame)
+        told = None
         if message.name == "INFO":
-            self._note_camera(message)
+            told = self._sources.info(fields.unique_id.hex())
+        elif message.name == "STATUS":
+            told = self._sources.status(fields.boot)
+        if told:
+            report(told)
 
     def _add_picture(self, number):
         from larics_host.files import read_bytes
@@ -216,16 +222,6 @@ class _Log:
 
         path = self._pictures.pop(number)
         self._recorder.picture(number, decode_still(read_bytes(path), str(path)))
-
-    def _note_camera(self, message):
-        """A port that came back may have another camera behind it."""
-        unique_id = message.fields.unique_id
-        if self._unique_id not in (None, unique_id):
-            report(
-                "another camera is on the line: unique ID %s, before %s"
-                % (unique_id.hex(), self._unique_id.hex())
-            )
-        self._unique_id = unique_id
 
     def conclude(self, lost):
         """Tells what was received and kept; the exit code."""

@@ -192,7 +192,7 @@ def _vehicle(name, tally, logs, lens, scale, apart, findings):
         "against_the_map": tally.contradictions.total(),
         "tracking_pct": _share(tally.states[m.TRACKING], tally.told_s),
         "lost_pct": _share(tally.states[m.LOST], tally.told_s),
-        "lost_messages": tally.lost,
+        "lost_messages": None if tally.mixed else tally.lost,
         "missed": tally.sums["missed"] if tally.statuses else None,
         "drops": tally.sums["drops"] if tally.statuses else None,
         "faults": tally.sums["faults"] if tally.statuses else None,
@@ -225,7 +225,9 @@ def _vehicle(name, tally, logs, lens, scale, apart, findings):
     for code, seconds in sorted(tally.fault_seconds.items()):
         text = "%s: %s for %d s of %d" % (name, _FAULTS.get(code, "fault %d" % code), seconds, tally.told_s)
         findings.append(Finding("fault", name, None, seconds, text))
-    if messages and tally.lost > _LOST_SHARE * messages:
+    if tally.mixed:
+        findings.append(Finding("line", name, None, None, "%s: %s" % (name, tally.mixed)))
+    elif messages and tally.lost > _LOST_SHARE * messages:
         text = "%s: %d messages of %d were lost on the line"
         findings.append(
             Finding("line", name, None, tally.lost, text % (name, tally.lost, messages + tally.lost))

@@ -14,8 +14,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from larics.wire import messages as m
+from larics.wire.codec import LATE
 from larics_host.connection.receiver import Receiver
 from larics_host.connection.records import as_json
+from larics_host.connection.source_watch import SourceWatch
 from larics_host.errors import UserError, withheld
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, lines, local_copy
@@ -54,6 +56,7 @@ class Tally:
     wrong      {(ID of the plate, ID read): count};  contradictions  {(ID read, ID there or None): count}
     recorded   frames that lie beside a log, recorded_alike: and read here the IDs that were reported;
                conflicts: other IDs; conflict_frames  [(frame, IDs reported, IDs here)], some of them
+    mixed      what is told of several cameras on one line, whose numbers tell nothing; None where one speaks
     told_s     seconds that STATUS tells of, and of these states and fault_seconds {code: seconds}
     """
 
@@ -67,6 +70,7 @@ class Tally:
         self.states: Counter[int] = Counter()
         self.fault_seconds: Counter[int] = Counter()
         self.cameras: set[str] = set()
+        self.mixed: str | None = None
         self.readings: dict[tuple[int, str], list[int]] = {}
         self.pairs: dict[tuple[int, int, str], list[float]] = defaultdict(list)
         self.offs: dict[tuple[int, int, str], list[tuple[float, float, float]]] = defaultdict(list)
@@ -86,6 +90,7 @@ class Tally:
         for name in ("sums", "states", "fault_seconds", "wrong", "contradictions"):
             getattr(self, name).update(getattr(other, name))
         self.cameras |= other.cameras
+        self.mixed = self.mixed or other.mixed
         for key, sums in other.readings.items():
             mine = self.readings.setdefault(key, [0, 0, 0, 0])
             for k, value in enumerate(sums):
@@ -145,6 +150,11 @@ def missing(before: int | None, after: int | None) -> int:
     return step - 1 if 0 < step < 32768 else 0
 
 
+def is_overtaken(before: int | None, after: int | None) -> bool:
+    """Whether a message comes a little after one that was sent later, as larics.wire.codec.Decoder has it."""
+    return before is not None and after is not None and (after - before) % 65536 > 65536 - LATE
+
+
 class Edge(NamedTuple):
     """The first or last message of a block, the first or last STATUS in it, and how many messages are missing
     between the two; of the whole block where it has no STATUS."""
@@ -164,6 +174,7 @@ class _Reader:
         self._loses = loses
         self._passes = Passes()
         self._track = Track(landmarks)
+        self._sources = SourceWatch()
         self._frame = None
         self._frame_s = 0.0
         self._date = NO_DATE
@@ -183,7 +194,10 @@ class _Reader:
             passed_s = time_s - self._time_s
             if 0 <= passed_s <= _PAUSE_S:
                 tally.seconds += passed_s
-            if name != "INFO":  # after a start the numbers begin anew
+            if is_overtaken(self._sequence, sequence):  # it was counted as missing
+                tally.lost = max(0, tally.lost - 1)
+                sequence = self._sequence
+            elif name != "INFO":  # after a start the numbers begin anew
                 tally.lost += missing(self._sequence, sequence)
         self._time_s, self._sequence = time_s, sequence
         if name == "MARKER":
@@ -196,6 +210,7 @@ class _Reader:
     def _take_status(self, fields):
         tally = self.tally
         tally.statuses += 1
+        tally.mixed = self._sources.status(fields["boot"]) or tally.mixed
         seconds = 1
         if self._status is None:
             self._first_status, self._lost_before = fields, tally.lost

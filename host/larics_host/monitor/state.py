@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from larics.wire import messages as m
 from larics_host import wire_names as codes
 from larics_host.connection.records import as_json, known
+from larics_host.connection.source_watch import SourceWatch
 from larics_host.logs.live_table import STATES, flag_text, reception
 from larics_host.monitor.doubts import Doubts
 
@@ -49,6 +50,7 @@ class MonitorState:
         self._fault_count = None
         self._state = None
         self._doubts = Doubts()
+        self._sources = SourceWatch()
         self.set_map(map_rows)
 
     def set_map(self, rows: Iterable[Sequence[int]]) -> None:
@@ -67,7 +69,10 @@ class MonitorState:
             handler(message.fields, message.time_s)
 
     def _add_info(self, fields, time_s):
-        if self.info and self.info.boot != fields.boot:
+        told = self._sources.info(fields.unique_id.hex())
+        if told:
+            self.events.append((time_s, told))
+        elif self.info and self.info.boot != fields.boot and not self._sources.is_mixed:
             self.events.append((time_s, "the camera has restarted"))
         self.info = fields
 
@@ -142,6 +147,9 @@ class MonitorState:
         known[:] = [(round(x_mm, 1), round(y_mm, 1), round(heading_deg, 2), False)]
 
     def _add_status(self, fields, time_s):
+        told = self._sources.status(fields.boot)
+        if told:
+            self.events.append((time_s, told))
         self.status = fields
         self._note_state(STATES[fields.state], time_s)
         if fields.state == m.LOST and self.pose and self.pose["state"] != STATES[m.LOST]:
