@@ -117,6 +117,18 @@ def test_the_terminal_shows_everything():
     assert "TRACKING" in text and "x 1000.0  y 500.0 mm" in text and "route" in text and "map; " in text
 
 
+def test_what_a_status_told_is_unknown_when_it_stops_while_markers_go_on():
+    told = status_values(active_faults=1 << m.FAULT_CAMERA_DARK)
+    markers = [(m.MARKER, marker_values(k, 3)) for k in range(1, 6)]
+    state = fed((m.STATUS, told), *markers, step_s=1.0)
+    assert state.faults() == ["camera dark"] and not any("no STATUS" in text for _, text in state.events)
+    state = fed((m.STATUS, told), *markers, (m.MARKER, marker_values(6, 3)), step_s=1.0)
+    assert state.status is None and state.faults() == [] and state.snapshot()["status"] is None
+    assert "no STATUS for 5 s: faults and rates are unknown" in text_of(state)
+    state = fed((m.STATUS, told), *markers * 2, (m.STATUS, told), step_s=1.0)
+    assert state.faults() == ["camera dark"]
+
+
 @pytest.mark.parametrize(
     "width, height", [(110, 50), (100, 24), (80, 24), (60, 50), (40, 40), (40, 24), (30, 60)]
 )

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _POINTS = 4000
 _RATE_S = 2.0
+_STATUS_S = 5.0  # without STATUS, which comes each second: what it told is no longer known
 _EVENTS = 40
 _LANDMARK_SHIFT_MM = 1.0
 
@@ -48,6 +49,7 @@ class MonitorState:
         self._arrivals: deque[float] = deque()
         self._number = 0
         self._fault_count = None
+        self._status_s = 0.0
         self._state = None
         self._doubts = Doubts()
         self._sources = SourceWatch()
@@ -64,6 +66,9 @@ class MonitorState:
         """Takes a receiver.Message in; counters of the decoder it came from."""
         self.now_s = message.time_s
         self.counters = counters
+        if self.status and self.now_s - self._status_s > _STATUS_S:
+            self.status = None
+            self.events.append((self.now_s, "no STATUS for %.0f s: faults and rates are unknown" % _STATUS_S))
         handler = getattr(self, "_add_" + message.name.lower(), None)
         if handler:
             handler(message.fields, message.time_s)
@@ -150,7 +155,7 @@ class MonitorState:
         told = self._sources.status(fields.boot)
         if told:
             self.events.append((time_s, told))
-        self.status = fields
+        self.status, self._status_s = fields, time_s
         self._note_state(STATES[fields.state], time_s)
         if fields.state == m.LOST and self.pose and self.pose["state"] != STATES[m.LOST]:
             # a camera that no longer sends poses
