@@ -214,14 +214,14 @@ class Prepared(Found):
         self.sigma = sigma
 
 
-def looked(looks, radius_q8=5000):
-    """The rings after a coarse look at a radius, and its score."""
+def looked(looks, radius_q8=5000, least=0):
+    """The rings after a coarse look at a radius, and its score, which has to be so much."""
     rings = rings_of()
     rings.blur = Prepared()
     kept = ring_fit.kernels, ring_fit.sector_kernels
     ring_fit.kernels = ring_fit.sector_kernels = looks
     try:
-        return rings, rings.coarse(None, 68 << 8, 64 << 8, radius_q8, radius_q8, 0)
+        return rings, rings.coarse(None, 68 << 8, 64 << 8, radius_q8, radius_q8, least)
     finally:
         ring_fit.kernels, ring_fit.sector_kernels = kept
 
@@ -232,3 +232,49 @@ def test_a_coarse_look():
     assert looked(Looks(5))[1] == 0  # too few sectors agree
     for radius_q8, sigma in ((2999, 12), (3000, 10)):
         assert looked(Looks(16), radius_q8)[0].blur.sigma == sigma, radius_q8
+
+
+class Agrees(Looks):
+    """... in which so much of the greatest score has been reached after each look."""
+
+    def __init__(self, *scores):
+        super().__init__(16)
+        self.scores = list(scores)
+
+    def sector_radii(self, *arguments):
+        return self.scores.pop(0)
+
+
+def test_a_coarse_look_ends_when_its_directions_do_not_agree():
+    for scores, efforts, told in (
+        ((1500, 3500, 8000), (8, 8, 4), 8000),  # 12, 28 and all of 64ths of what is to be reached
+        ((1499, 3500, 8000), (8,), 0),
+        ((1500, 3499, 8000), (8, 8), 0),
+        ((1500, 3500, 7999), (8, 8, 4), 0),
+    ):
+        rings, score = looked(Agrees(*scores), least=8000)
+        assert (score, rings.effort) == (told, sum([900 // hop for hop in efforts])), scores
+
+
+def light(match, others=()):
+    """The rings after their light was measured, which match so well everywhere but in other sectors.
+
+    It is 1000 in all of them but in sector 5, and so much more behind it."""
+    rings = rings_of()
+    rings.amplitude, rings.background = 400, 2000
+    for sector in range(32):
+        rings._sectors[sector] = 400
+        rings._sectors[32 + sector] = 1000 + (900 if sector == 5 else 0)
+        rings._sectors[64 + sector] = 0 if sector in others else match
+    rings.measure_light(1)
+    return rings
+
+
+def test_which_sectors_tell_of_light_and_how_far():
+    assert light(640).good == 32 and light(639).good == 0
+    levels = light(640).levels[32:]
+    assert list(levels) == [1000] + 9 * [1100] + 22 * [1000]  # four to either side, and itself
+    levels = light(640, (1, 2, 3, 4)).levels[32:]
+    assert levels[5] == 1000 + 900 // 5  # five of nine will do
+    assert light(640, (1, 2, 3, 4, 6)).levels[32 + 5] == 2000
+    assert list(light(639).levels) == 32 * [400] + 32 * [2000]

@@ -4,7 +4,7 @@ from array import array
 
 from larics.arith import fixed, tables
 from larics.detect.tracker import Tracker
-from larics.direct import line_reader, ring_fit, uncertainty
+from larics.direct import line_reader, ring_fit, robust_centre, uncertainty
 from larics.direct.line_reader import LineReader
 from larics.direct.reader import DirectReader
 from larics.direct.ring_fit import RingFit
@@ -689,3 +689,49 @@ def test_shares_of_a_variance_have_a_limit():
     own, most = 4096 * 256 // 2400, (30000 * 30000 >> 12) * 256 // 2400
     assert variance(937) == own + (29984 * 29984 >> 12) * 256 // 2400
     assert variance(938) == variance(1000) == variance(-1000) == own + most
+
+
+class Moves:
+    """Stands for the kernels of the robust centre: how far each step moves; kinds of weights are noted."""
+
+    def __init__(self, *moves):
+        self.moves = list(moves)
+        self.kinds = []
+
+    def begin_robust(self, *arguments):
+        return 32
+
+    def weigh_sectors(self, a, b, c, work, waves, ratio, kind):
+        self.kinds.append(kind)
+        work[layouts.ROBUST_SCALE], work[layouts.ROBUST_SQUARE] = 8, 64
+        return 2048
+
+    def normal_equations(self, *arguments):
+        return 1
+
+    factor_matrix = normal_equations
+
+    def solve_step(self, *arguments):
+        return self.moves.pop(0)
+
+    def variance_of(self, *arguments):
+        return 0
+
+
+def test_how_many_steps_lead_to_the_robust_centre():
+    class Seen:
+        radius_q8 = 7680
+        fit = array("i", bytes(4 * layouts.FIT_ITEMS))
+        outer = inner = array("i", [100] * layouts.RING_ITEMS)
+        outer_means = inner_means = None
+
+    kept = robust_centre.kernels
+    try:
+        # two from which no outlier is left out, one or two from which they are, and what ends it
+        for moves, kinds in (((0, 0, 64), [0, 1, 2, 2]), ((0, 0, 65, 9999), [0, 1, 2, 2, 2])):
+            robust_centre.kernels = told = Moves(*moves, 0)
+            centre = RobustCentre(array("i", [BIAS] * layouts.ROBUST_ITEMS))
+            assert centre.fit(Seen)
+            assert told.kinds == kinds and told.moves == [], moves
+    finally:
+        robust_centre.kernels = kept
