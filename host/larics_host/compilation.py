@@ -7,6 +7,7 @@ python -m larics_host.compilation      compiles all of them, for whoever install
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import os
 import random
@@ -14,7 +15,7 @@ import re
 import sys
 import threading
 from array import array
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -35,30 +36,6 @@ PACKAGES = "kernels", "render"
 _LOOP = re.compile(r"^@(?:micropython\.viper|njit\((?!.*inline).*\))\s+def (\w+)", re.MULTILINE)
 # frames that together need every loop
 _FRAMES = ("sunny", 1, (0, 2)), ("harsh", 1, (0, 1, 2, 3)), ("glossy", 1, (1,)), ("webcam", 2, (12,))
-_NOT_TO_DETECT = (
-    "crc",
-    "stream",
-    "odometry",
-    "rolling",
-    "covariance",
-    "grey",
-    "raw",
-    "paper",
-)  # modules that a usual detection does without
-
-
-def _has_loops(folder: Path, but: Container[str]) -> bool:
-    """Whether there is something compiled of every loop of a package, by this version of Python; `but` for
-    modules, and loops as "module.function", that need not be. It may be of an earlier text."""
-    kept = os.environ.get("NUMBA_CACHE_DIR")
-    places = list(Path(kept).glob("%s_*" % folder.name)) if kept else [folder / "__pycache__"]
-    ending = ".py%d%d.nbi" % sys.version_info[:2]
-    there = {index.name.partition("-")[0] for place in places for index in place.glob("*" + ending)}
-    return all(
-        source.stem in but or loop in but or loop in there
-        for source in folder.glob("*.py")
-        for loop in loops_of(source)
-    )
 
 
 def loops_of(source: Path) -> list[str]:
@@ -90,23 +67,45 @@ def _folder(package):
     return Path(__file__ if package == "render" else _cpython.__file__).parent / package
 
 
+@functools.cache
+def _starter():
+    """The class of what begins to wait when numba begins to compile."""
+    from numba.core import event
+
+    class Starter(event.Listener):
+        timer: threading.Timer | None = None
+
+        def __init__(self, what):
+            self.what = what
+
+        def on_start(self, event):
+            if not self.timer:
+                once = "is done once and " if _cpython.KEEPS_COMPILED else ""
+                text = "compiling %s for this computer, which %smay take a minute" % (self.what, once)
+                self.timer = threading.Timer(_PATIENCE_S, report_once, (("compiling", self.what), text))
+                self.timer.daemon = True
+                self.timer.start()
+
+        def on_end(self, event):
+            pass
+
+    return Starter
+
+
 @contextlib.contextmanager
-def told(package: str, what: str, compiled: bool | None = None) -> Iterator[None]:
-    """Around what may compile the loops of a package: one line when that is new and takes long. compiled:
-    whether they are, where that is known."""
-    if compiled is None:
-        compiled = _cpython.EXECUTOR != "numba" or _has_loops(_folder(package), _NOT_TO_DETECT)
-    if compiled:
+def told(what: str) -> Iterator[None]:
+    """Around what may compile loops: one line when numba does, whatever is kept, and that takes long."""
+    if _cpython.EXECUTOR != "numba":
         yield
         return
-    text = "compiling %s for this computer, which is done once and may take a minute" % what
-    timer = threading.Timer(_PATIENCE_S, report_once, (("compiling", package), text))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
+    from numba.core import event
+
+    with event.install_listener("numba:compile", _starter()(what)) as listener:
+        try:
+            yield
+        finally:
+            if listener.timer:
+                listener.timer.cancel()
 
 
 def compile_all() -> None:
@@ -172,7 +171,7 @@ def compile_once() -> None:
     """Compiles all loops, for a program that begins afterwards, unless that was done before."""
     if is_compiled():
         return
-    with told("kernels", "the detector", False):
+    with told("the detector"):
         compile_all()
     with contextlib.suppress(OSError):
         _stamp_file().write_text(_stamp())

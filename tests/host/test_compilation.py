@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 
 import pytest
 
@@ -79,52 +80,59 @@ def test_detection_where_neither_the_installation_nor_a_home_can_be_written(tmp_
 
 
 def test_who_waits_for_the_compiler_is_told(monkeypatch, capsys):
-    import time
-
-    monkeypatch.setattr(compilation, "_PATIENCE_S", 0.01)
-    monkeypatch.setattr(compilation, "_has_loops", lambda folder, but: False)
+    numba = pytest.importorskip("numba")
+    monkeypatch.setattr(compilation, "_PATIENCE_S", 0)
     monkeypatch.setattr(_cpython, "EXECUTOR", "numba")
-    errors.begin_run()
-    said = ""
-    with compilation.told("kernels", "the detection"):
-        while not said:
-            time.sleep(0.01)
-            said = capsys.readouterr().err
-    assert said == (
-        "larics: compiling the detection for this computer, which is done once and may take a minute\n"
+    told = threading.Event()
+    report_once = compilation.report_once
+    monkeypatch.setattr(compilation, "report_once", lambda *line: (report_once(*line), told.set()))
+    for kept, once in (True, "is done once and "), (False, ""):
+        monkeypatch.setattr(_cpython, "KEEPS_COMPILED", kept)
+        errors.begin_run()
+        one_more = numba.njit(lambda value: value + 1)
+        with compilation.told("the detection"):
+            assert one_more(1) == 2 and told.wait(60)
+        line = "larics: compiling the detection for this computer, which %smay take a minute\n" % once
+        assert capsys.readouterr().err == line
+        errors.begin_run()
+        told.clear()
+        timers = threading.active_count()
+        with compilation.told("the detection"):  # it is compiled: no clock runs
+            assert one_more(1) == 2 and threading.active_count() == timers
+        assert not told.is_set() and capsys.readouterr().err == ""
+
+
+def test_who_waits_is_told_although_loops_of_an_older_text_are_there(tmp_path):
+    pytest.importorskip("numba")
+    module = tmp_path / "one.py"
+    text = "from numba import njit\n\n\n@njit(cache=True)\ndef loop(value):\n    return value + %d\n"
+    code = """
+import sys, threading
+sys.path.insert(0, %r)
+from larics_host import compilation
+told = threading.Event()
+compilation._PATIENCE_S = 0
+compilation.report_once = lambda about, text: told.set()
+import one
+with compilation.told("a loop"):
+    print(one.loop(1), told.wait(60 * %d))
+"""
+    environment = dict(
+        os.environ,
+        PYTHONPATH="%s:%s" % (ROOT / "shared", ROOT / "host"),
+        NUMBA_CACHE_DIR=str(tmp_path / "kept"),
+        PYTHONDONTWRITEBYTECODE="1",
     )
-    monkeypatch.setattr(compilation, "_has_loops", lambda folder, but: True)
-    errors.begin_run()
-    with compilation.told("kernels", "the detection"):
-        time.sleep(0.05)
-    assert capsys.readouterr().err == ""
+    environment.pop("LARICS_KERNELS", None)
 
+    def run(patient):
+        command = [sys.executable, "-c", code % (str(tmp_path), patient)]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
-def test_loops_are_known_to_be_compiled(tmp_path, monkeypatch):
-    folder = tmp_path / "kernels"
-    beside, version = folder / "__pycache__", "py%d%d" % sys.version_info[:2]
-    beside.mkdir(parents=True)
-    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    (folder / "votes.py").write_text(
-        "@micropython.viper\ndef vote(a: ptr8):\n    pass\n\n\n@njit(cache=True)\ndef count():\n    pass\n"
-        '@njit(cache=True, inline="always")\ndef inlined():\n    pass\n'
-    )
-    (folder / "grey.py").write_text("@micropython.viper\ndef look():\n    pass\n")
-
-    def compiled(but=()):
-        return compilation._has_loops(folder, but)
-
-    (beside / ("votes.vote-2.%s.nbi" % version)).write_bytes(b"")
-    assert not compiled() and not compiled(["grey"])  # one of them is not all
-    (beside / "votes.count-7.py99.nbi").write_bytes(b"")
-    assert not compiled(["grey"])  # of another Python
-    (beside / ("votes.count-7.%s.nbi" % version)).write_bytes(b"")
-    assert compiled(["grey"]) and compiled(["grey.look"]) and not compiled()
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
-    assert not compiled(["grey"])
-    (tmp_path / "kept").mkdir()
-    beside.rename(tmp_path / "kept" / "kernels_12")
-    assert compiled(["grey"])
+    module.write_text(text % 1)
+    assert run(True) == "2 True\n" and run(False) == "2 False\n"
+    module.write_text(text % 2)
+    assert run(True) == "3 True\n"
 
 
 @pytest.mark.long(100)  # the first of all: the others find compiled what they need

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import json
 from pathlib import Path
 
@@ -239,7 +238,7 @@ def run(args: argparse.Namespace) -> int:
         ):
             write_file(folder / "scene.json", json.dumps(facts, indent=2) + "\n")
             for index in watched(range(count), count, quiet_stdout=True):
-                with told("render", "the renderer") if not index else contextlib.nullcontext():
+                with told("the renderer"):
                     frame, truths = render(index)
                 path = folder / truths[0].frame
                 write_frame(path, frame)

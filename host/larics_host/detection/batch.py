@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import itertools
 import os
 import time
 from collections.abc import Iterable, Iterator
@@ -82,7 +82,7 @@ class _Work:
         if isinstance(detector, UserError):
             return Result(name, width, height, error="%s: %s" % (name, detector))
         start = time.perf_counter()
-        with told("kernels", "the detection") if fresh else contextlib.nullcontext():
+        with told("the detection"):
             found = [detectors.as_dict(one) for one in detector.detect(frame)]
         ms = None if fresh else 1000 * (time.perf_counter() - start)
         return Result(name, width, height, found, ms, None, frame if self._keep else None)
@@ -215,6 +215,11 @@ def _serial(blocks, options, keep_frames):
 
 
 def _parallel(blocks, options, jobs, keep_frames, scheduler):
+    if not scheduler:
+        # here, so that loops are compiled once and not by each process, and who waits is told meanwhile
+        first = next(blocks, [])
+        yield from _Work(options, keep_frames).block(first[:1])
+        blocks = itertools.chain([first[1:]], blocks)
     tasks = ((options, keep_frames, block) for block in blocks)
     for answer in engine.run(_run, tasks, jobs, scheduler):
         yield from _told(answer)

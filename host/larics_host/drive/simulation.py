@@ -15,6 +15,7 @@ from larics.marker import LARICS3
 from larics.marker.detection import NO_ID
 from larics.wire import messages as m
 from larics.wire.codec import frame_size
+from larics_host.compilation import told
 from larics_host.detection.camera_view import CameraView
 from larics_host.drive.c_controller import CController
 from larics_host.drive.encoders import Encoders, PythonSender, Talk
@@ -236,11 +237,9 @@ class Simulation:
         exposure_us, gain = self._exposures.pop(0)
         light = field_.light(now_s, exposure_us, gain)
         camera = replace(field_.camera, exposure_us=exposure_us)
-        return (
-            pose,
-            self.controller.state,
-            *render_view(field_.scene, pose, motion, camera, light, field_.noise),
-        )
+        with told("the renderer"):
+            picture, truths = render_view(field_.scene, pose, motion, camera, light, field_.noise)
+        return pose, self.controller.state, picture, truths
 
     def _report_frame(self, firmware, index, now_s, pose, behaviour, picture, truths):
         """The firmware has done with the frame exposed at now_s."""

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from larics_host.calibration import mounting
+from larics_host.compilation import told
 from larics_host.connection.camera_settings import write_file
 from larics_host.drive.desk import SAVED
 from larics_host.errors import UserError
@@ -104,7 +105,10 @@ def _render(folder, scene, steps, rng) -> Iterator[np.ndarray]:
     with TruthWriter(folder / "truth.csv") as truth:
         for index, (pose, motion) in enumerate(steps):
             name, time_us = frame_name(index), round(index * 1e6 / RATE_HZ)
-            frame, truths = render_view(scene, pose, motion, CAMERA, SENSOR, rng, name=name, time_us=time_us)
+            with told("the renderer"):
+                frame, truths = render_view(
+                    scene, pose, motion, CAMERA, SENSOR, rng, name=name, time_us=time_us
+                )
             write_frame(folder / name, frame)
             truth.write(truths)
             yield frame
