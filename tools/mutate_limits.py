@@ -33,15 +33,16 @@ CARRIED = (
     "test_uncertainty",
 )
 WIRE = ("test_protocol", "test_golden_wire", "test_encodings", "test_outbox")
-FIT = ("test_direct_limits", "test_sigma_limits", "test_detector")
+READ = ("test_direct_acceptance", "test_code_acceptance")
+FIT = ("test_ring_limits", "test_direct_limits", "test_sigma_limits", "test_detector")
 SEARCH = ("test_search_limits", "test_blurred_search", "test_detector")
 CELLS = ("test_cell_reader", "test_cells")
 BLURRED = ("test_blur_model_limits", "test_blurred_limits", "test_blurred_acceptance", "test_model")
 TARGETS = {  # module -> tests of tests/dual, or a path
-    "shared/larics/kernels/rules.py": ("test_direct_acceptance",),
-    "shared/larics/kernels/code.py": ("test_direct_limits", "test_direct_acceptance"),
-    "shared/larics/kernels/code_rules.py": ("test_direct_acceptance",),
-    "shared/larics/direct/acceptance.py": ("test_direct_acceptance",),
+    "shared/larics/kernels/rules.py": READ,
+    "shared/larics/kernels/code.py": ("test_direct_limits", *READ),
+    "shared/larics/kernels/code_rules.py": ("test_code_acceptance",),
+    "shared/larics/direct/acceptance.py": READ,
     "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
     "shared/larics/blurred/reader.py": ("test_blurred_acceptance", "test_blurred_limits"),
     "shared/larics/blurred/candidates.py": ("test_blurred_limits", "test_model"),
@@ -86,8 +87,8 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/cell_search.py": CELLS,
     "shared/larics/kernels/cell_words.py": CELLS,
     "shared/larics/kernels/robust.py": FIT,
-    "shared/larics/direct/robust_centre.py": ("test_direct_limits", "tests/host/test_robust_centre.py"),
-    "shared/larics/direct/uncertainty.py": ("test_sigma_limits", "test_direct_limits"),
+    "shared/larics/direct/robust_centre.py": ("test_ring_limits", "tests/host/test_robust_centre.py"),
+    "shared/larics/direct/uncertainty.py": ("test_sigma_limits", "test_ring_limits"),
     "shared/larics/detect/edges.py": SEARCH,
     "shared/larics/detect/centre_votes.py": SEARCH,
     "shared/larics/detect/scales.py": SEARCH,

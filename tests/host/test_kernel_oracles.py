@@ -20,7 +20,7 @@ ELSEWHERE = {
     "lines": "tests/host/test_kernels_on_markers.py",
     "code": "tests/host/test_kernels_on_markers.py",
     "rules": "tests/dual/test_direct_acceptance.py",
-    "code_rules.code_rules": "tests/dual/test_direct_acceptance.py",
+    "code_rules.code_rules": "tests/dual/test_code_acceptance.py",
     "robust": "tests/host/test_robust_centre.py",
     "crc": "tests/dual/test_protocol.py",
     "odometry": "tests/dual/test_odometry.py",
