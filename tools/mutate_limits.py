@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 
 from tools.check_rules import layouts_of  # noqa: E402
 
-LOCATE = ("test_locate_limits", "test_pose", "test_navigator", "test_route")
+LOCATE = ("test_locate_limits", "test_motion_limits", "test_pose", "test_navigator", "test_route")
 CARRIED = (
     "test_odometry_limits",
     "test_odometry",
