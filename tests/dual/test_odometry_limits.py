@@ -467,6 +467,45 @@ def test_a_heading_that_may_be_wrong_to_either_side_makes_the_way_shorter():
     assert -one[0] < one[1] < 0  # what is across the way outweighs it
 
 
+def covered(since=1, speed=0, way_q4=-176, way_mm=0, turned=0, noise_q4=-192, haste=0, drift=0, turn=0):
+    """Items of a covariance of 0 after a way of such length; drift, turn: sigmas, of which 2**16 are one."""
+    items = array("i", [0] * 20)
+    items[11], items[12], items[13], items[14] = drift, turn, noise_q4, haste
+    grow(0, 0, items, 0, 0, since, speed, way_q4, -176, way_mm, turned)
+    return items
+
+
+def test_what_shares_of_a_way_and_of_turns_may_be_wrong_by_at_most():
+    for turned, expected in ((16382, 16382), (16383, 16383), (16384, 16383), (30000, 16383)):
+        assert covered(turned=turned, turn=65536)[7] == expected * expected, turned
+    for length, expected in ((11499, 22998), (11500, 23000), (11501, 23000), (16383, 23000)):
+        assert covered(way_mm=length, drift=2 * 65536)[7] == expected * expected, length
+        assert covered(turned=length, turn=2 * 65536)[7] == expected * expected, length
+    both = covered(way_mm=16383, turned=16383, drift=2 * 65536, turn=2 * 65536)
+    assert both[7] == 2 * 23000 * 23000 and both[5] == 1 << 28
+
+
+def test_how_much_a_way_of_loud_wheels_adds_at_most():
+    # 2097/2**20 of the way times 2**9
+    for since, added in ((10999, 11262), (11000, 11263), (11001, 11263), (30000, 11263)):
+        assert covered(since, way_q4=144, noise_q4=0)[0] == added, since
+    assert covered(11000, way_q4=160, noise_q4=0)[0] == 1 << 14  # no more than a metre's square
+
+
+def test_haste_that_is_none_adds_no_noise():
+    for noise_q4, as_q4 in (
+        (-192, -176),
+        (-185, -169),
+        (-184, -184),
+        (-199, -176),
+        (-200, -192),
+        (-300, -192),
+    ):
+        standing = covered(11000, way_q4=320, noise_q4=noise_q4, haste=2500)
+        assert standing[0] == covered(11000, way_q4=320, noise_q4=as_q4)[0] > 0, noise_q4
+    assert covered(11000, 127, 320, noise_q4=-192, haste=1)[0] == covered(11000, way_q4=320, noise_q4=-176)[0]
+
+
 def advanced(dx=0, turn=0, passed_ms=20, known=1, path=(), sums=()):
     """Path and sums after an increment of the odometry; path, sums: items that are not 0 before it."""
     items, told = array("i", [0] * 14), array("i", [0] * 4)
@@ -518,6 +557,15 @@ def test_long_increments_come_in_pieces():
         assert made.count == count, driven_mm10
 
 
+def test_a_way_below_a_marker_takes_two_seconds_at_most():
+    for before_ms, after_ms in ((2026, 2046), (2027, 2047), (2028, 2047)):
+        made, _ = carrier()
+        made._near_ms = before_ms
+        made._odometry.x_mm10 += 100
+        made.move(made._odometry, 20000)
+        assert made._near_ms == after_ms, before_ms
+
+
 def looked(way_mm10, times, turn_cdeg=0):
     """How loud the wheels are believed to be along the way, and in turns, when odometry told such a way or
     turn below a marker so often."""
@@ -562,6 +610,7 @@ def expected(way_ms):
 def test_wheels_that_go_wrong_for_a_while_show_less_on_short_ways():
     # of twice as long a way not half as much, but two thirds, and two ways that follow are less alike
     one, two = expected(900), expected(1800)
+    assert 440 < one[0] < 460  # of 180 mm
     assert abs(two[0] - one[0] * 8 // 3 * 11 // 10) < one[0] >> 3
     assert one[1] == two[1] and -120 < one[1] < -110  # 200 mm/s is 4.2 octaves above standing
 
