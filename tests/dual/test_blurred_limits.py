@@ -4,8 +4,9 @@ from larics.arith.fixed import cos_q14
 from larics.blurred import uncertainty
 from larics.blurred.candidates import LOOKED, RADIUS_Q8, SCORE, Candidates
 from larics.blurred.places import READ, REJECTED, UNKNOWN, Places
-from larics.blurred.reader import BlurModelReader
+from larics.blurred.reader import NO_BUDGET, BlurModelReader
 from larics.blurred.ring_fit import LOST_FOR_GOOD, LOST_IN_NOISE, LOST_ON_THE_WAY, BlurredRings
+from larics.detect.detector import Detector
 from larics.detect.scales import cut
 from larics.kernels.layouts import BIAS, CANDIDATE_ITEMS
 from larics.marker import LARICS3, verdicts
@@ -231,6 +232,7 @@ class Endless:
 
     def best(self, frame, rings, passes_over, effort_most):
         self.passed_over.append(passes_over)
+        self.effort_most = effort_most
         if self.postponed:
             return -1
         self.asked += 1
@@ -385,6 +387,21 @@ def test_a_budget_leaves_fits_and_candidates_to_the_next_frame():
         candidates.postponed = False
         reader.examine(None, False)
         assert candidates.passed_over[-1] == passes_over
+
+
+def test_a_look_and_a_search_for_a_line_count():
+    assert budgeted(4100)[2].candidates.effort_most == 4100 - 2300 - 450
+    reader = budgeted(0)[2]
+    reader.lines = FirstLook()
+    reader.rings.effort = 0
+    reader._examine_lines(None)
+    assert reader.rings.effort == 500 + 600  # and another fit
+
+
+def test_more_than_one_scale_is_searched_while_a_candidate_can_be_examined():
+    for least, most, effort_most in ((23, 30, NO_BUDGET), (15, 60, 13800 - 3900)):
+        finder = Detector(320, 240, least, most)
+        assert finder._blurred_search._effort_most == effort_most
 
 
 def test_a_budget_ends_looks_once_there_is_a_candidate():

@@ -125,6 +125,14 @@ def test_a_search_that_takes_long_is_ended_with_what_is_known():
     assert search(shown, (64, -32, 64)) == [4021, 18, 180]  # all words of three changes show 210
 
 
+def test_a_search_is_ended_after_a_hundred_words():
+    """After two hundred it would be known that no second costs less than 160."""
+    shown = (
+        0, -64, 55, -64, -52, 0, -26, 0, 0, 0, -18, 0, 64, -64, -30, -23, -64, 55, 0, 64, 0, 64, -64, 64
+    )  # fmt: skip
+    assert search(shown, (64, -32, 64)) == [357, 156, 149]
+
+
 def test_a_search_goes_on_while_it_takes_little():
     """As a marker at the border had it: of words that are left none costs less than 191."""
     shown = [-61, -57, -59, -64, -64, -64, -26] + 8 * [0] + [-63] + 8 * [-64]
@@ -207,6 +215,28 @@ def test_what_leaves_no_doubt_of_a_word():
             0, 0, array("i", bytes(36)), array("i", weights), fixed.CELL_ROWS, lines, array("i", bytes(20))
         )
         assert found == is_certain, least
+
+
+def test_cells_are_believed_less_the_more_light_is_on_them():
+    dark = golay.cells(ID)
+    white_cell = [cell for cell in range(24) if not dark >> cell & 1][0]
+    dark_cell = [cell for cell in range(24) if dark >> cell & 1][0]
+    for cell, lighter, weight in (
+        (white_cell, 50, -64),  # log units
+        (white_cell, 51, -64),
+        (white_cell, 54, -62),
+        (white_cell, 100, -32),
+        (white_cell, 149, -1),
+        (white_cell, 150, 0),
+        (dark_cell, 200, 64),
+        (dark_cell, 204, 61),
+        (dark_cell, 250, 32),
+        (dark_cell, 300, 0),
+    ):
+        cells = reader()
+        show(cells, ID)
+        cells.depths[48 + cell] = WHITE + lighter
+        assert cells._weigh() and cells._weights[cell] - BIAS == weight, (cell == dark_cell, lighter)
 
 
 def test_from_which_shade_ink_counts_as_less_dark():
