@@ -154,6 +154,65 @@ def test_a_centre_that_was_moved_lets_the_line_be_measured_twice():
         assert script.passes[-1] == (script, times)
 
 
+class Covered(Scripted):
+    """... whose rings are poor in too many sectors, which are faint there or not; told: verdict and ID."""
+
+    def __init__(self, faint, told):
+        super().__init__(7680, ())
+        self.faint = faint
+        self.marker_id = told[1]
+        self.margin = 0
+        self.code = lambda *arguments: told[0]
+
+    def rings(self, *measured):
+        return verdicts.ACCEPTED if len(measured) > 3 else verdicts.POOR_RINGS
+
+    def refine_faint(self, *arguments):
+        return self.faint
+
+    def uneven(self, rings):
+        return True
+
+    def fit(self, rings):
+        return False
+
+    def orientation(self, *arguments):
+        return verdicts.ACCEPTED
+
+    def measure_direct(self, frame, rings, lines, is_faint):
+        assert is_faint == self.faint
+        return True
+
+    def follow_code(self, *arguments):
+        pass
+
+
+def covered(faint, told, marker_id, coded=True):
+    """The verdict, and the last pass of the rings."""
+    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+    script = Covered(faint, (told, marker_id))
+    reader.rings = reader.lines = reader.acceptance = reader.robust = script
+    reader.cells = script if coded else None
+    verdict = reader.examine(None, Scale, 1, 0, 0, 0)
+    return verdict, [rest for rest in script.passes if len(rest) == 3][-1]
+
+
+def test_rings_much_of_which_is_covered_are_those_of_a_marker_whose_cells_tell():
+    poor, good, unsure = verdicts.POOR_RINGS, verdicts.ACCEPTED, verdicts.ID_UNCERTAIN
+    for faint, told, marker_id, coded, expected in (
+        (False, good, 8, True, (good, (16, 4, 48))),
+        (False, good, 7, True, (poor, (16, 4, 48))),  # the lines tell it, not the cells
+        (False, unsure, -1, True, (poor, (16, 4, 48))),
+        (False, good, 7, False, (poor, (16, 4, 48))),
+        (True, good, 7, False, (good, (16, 4, 96))),  # a lens is dirty on that side
+        (True, good, 7, True, (good, (16, 4, 96))),
+        (True, unsure, -1, True, (poor, (16, 4, 96))),
+    ):
+        verdict, last = covered(faint, told, marker_id, coded)
+        assert verdict == expected[0], (faint, told, marker_id, coded)
+        assert not (coded or faint) or last == expected[1], (faint, last)
+
+
 class Quarters:
     """Stands for lines and cells: an inner position in each of four directions, what the cells make of it."""
 
