@@ -272,8 +272,36 @@ def test_what_goes_before_a_slip_at_the_end_of_a_drive_is_no_move():
     graph.readings = [Reading(k, place, (0.0, 0.0, 0.0)) for k, place in ((1, 1), (3, 2))]
     one = Reading(2, 0, (0.0, -150.0, 0.0))
     assert moves._surely(graph, one, graph.places[0], 250.0)
+    less = Reading(2, 0, (0.0, -60.0, 0.0))  # two slips would explain it, but that they cancelled each other
+    assert moves._surely(graph, less, graph.places[0], 160.0)
+    graph.slipped[2] = 0.5
+    assert not moves._surely(graph, less, graph.places[0], 160.0)
+    assert moves._surely(graph, one, graph.places[0], 250.0)
     graph.legs.pop()
     assert not moves._surely(graph, one, graph.places[0], 250.0)
+
+
+def test_a_marker_that_was_moved_may_be_misread_after_that(tmp_path):
+    one, result = built_from(tmp_path, World(), 17703)
+    assert result.moved == [one.hall[one.moved][0]] and result.errors.max() < 20
+
+
+@pytest.mark.parametrize(
+    ("x_mm", "used", "other_mm", "may_be"),
+    [
+        (300.0, False, 6000.0, True),
+        (100.0, False, 6000.0, False),  # its place, misread
+        (800.0, False, 6000.0, False),
+        (300.0, True, 6000.0, False),
+        (300.0, False, 1700.0, False),  # the marker that was read is near enough
+    ],
+)
+def test_what_another_id_may_tell_of_a_move(x_mm, used, other_mm, may_be):
+    graph = Graph(poses={0: (0.0, 0.0, 0.0)}, places={0: (0.0, 0.0, 0.0), 1: (other_mm, 0.0, 0.0)})
+    one = Reading(0, 1, (x_mm, 0.0, 0.0), used)
+    assert moves._may_be_of(graph, one, 0) is may_be
+    graph.places[2] = (x_mm, 250.0, 0.0)  # hangs there
+    assert not moves._may_be_of(graph, one, 0)
 
 
 def _solved(tmp_path, monkeypatch, world, seed):

@@ -1,6 +1,7 @@
 """Markers that were hung elsewhere while the log was written.
 
-A slip of the wheels looks much the same, and so does a misread marker. A move is believed where the readings
+A slip of the wheels looks much the same, and so does a misread marker; and where a marker was moved, its ID
+may be misread. A move is believed where the readings
 of an ID, in their order, are of two places at neither of which another marker hangs, and all other readings
 then agree: by two readings on each side, or by one that no slip explains, and not so far off that it may be
 of a marker that is not known.
@@ -26,7 +27,10 @@ _NEAR = 2  # passages beside one, whose readings have to agree
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
 _STANDS_OUT = 2.0  # times as large as any other that a single reading tells of: no slip, as the others are
 _SLIP_MM, _SLIP_MOST_MM = 10.0, 30.0  # of a wheel
+_CANCELLED = 16.8  # chi-squared with six degrees of freedom: one in 100, of two slips that cancel each other
+_NO_SLIP = 0.1  # how likely a slip is on a leg that shows none
 _AGREE_MM = 400.0  # readings of a side
+_MISREAD_MM, _FAR_MM = (150.0, 700.0), 1500.0  # from a place that was moved, and from that of the ID read
 
 
 class Move(NamedTuple):
@@ -62,7 +66,7 @@ def _found(graph, places, may_be_single):
     found: list[Move] = []
     singles: list[tuple[float, int]] = []
     for number in list(graph.places):
-        mine = [one for one in graph.readings if one.place == number and (one.used or _alone(graph, one))]
+        mine = [one for one in graph.readings if _may_be_of(graph, one, number)]
         apart = _split(graph, sorted(mine, key=lambda one: one.passage))
         if apart is None:
             continue
@@ -78,6 +82,21 @@ def _found(graph, places, may_be_single):
                 singles += [(mm, number)] * is_single
                 break
     return found, singles
+
+
+def _may_be_of(graph, one, number):
+    """Whether a reading may be of a place, or of where it was moved: of its ID, or misread beside it,
+    far from the place of the ID read, where no other marker is."""
+    if one.place == number:
+        return one.used or _alone(graph, one)
+    here = _where(graph, one)[:2]
+    away = math.dist(here, graph.places[number][:2])
+    if one.used or not _MISREAD_MM[0] < away < _MISREAD_MM[1]:
+        return False
+    others = (pose[:2] for other, pose in graph.places.items() if other not in (number, one.place))
+    return math.dist(here, graph.places[one.place][:2]) > _FAR_MM and all(
+        math.dist(here, other) > max(_PLATE_MM, away) for other in others
+    )
 
 
 def _variants(earlier, later):
@@ -127,13 +146,11 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
     """By how many mm the place was moved, after a split that all agree with; else all is as before, and
     None."""
     mine = earlier + later
-    used = [one.used for one in mine]
+    was = [(one.place, one.used) for one in mine]
     before = dict(graph.places), dict(graph.poses), dict(graph.shares)
     graph.places[former], graph.places[number] = _where(graph, earlier[0]), _where(graph, later[0])
-    for one in earlier:
-        one.place = former
     for one in mine:
-        one.used = True
+        one.place, one.used = former if any(one is other for other in earlier) else number, True
     graph.solve()
     odd = _surprised(graph, mine)
     if 0 < len(odd) <= _ODD_SHARE * len(mine):
@@ -148,8 +165,8 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
         len(side) >= _ENOUGH or _surely(graph, side[0], other, mm) for side, other in sides
     ):
         return mm
-    for one, was in zip(mine, used, strict=True):
-        one.place, one.used = number, was
+    for one, (place, is_used) in zip(mine, was, strict=True):
+        one.place, one.used = place, is_used
     graph.places, graph.poses, graph.shares = before
     return None
 
@@ -175,7 +192,8 @@ def _agreed(graph, mine, slack):
 def _surely(graph, one, other, mm):
     """Whether a single reading tells of a move from or to the pose of the `other` place. Were it of that
     place, wheels would have slipped both on the way there and on the way on: it is enough that one of the
-    two is not explained by a slip."""
+    two is not explained by a slip. Where both ways together show none, two slips cancelled each other: that
+    is believed of smaller ones only."""
     if not mm < _SINGLE_MM:
         return False
     used = {reading.passage for reading in graph.readings if reading.used}
@@ -193,10 +211,16 @@ def _surely(graph, one, other, mm):
                 ways.append((known, there))
                 break
     slip_mm = _SLIP_MM if len(ways) > 1 else _SLIP_MOST_MM  # at the end of a drive, one slip is enough
-    return any(
-        _contradicts(graph, one, other, known, sum(_slipping(leg, graph.noise, slip_mm) for leg in there))
+    squares = [
+        _contradiction(graph, one, other, known, sum(_slipping(leg, graph.noise, slip_mm) for leg in there))
         for known, there in ways
-    )
+    ]
+    if len(ways) > 1:
+        (first, _), (end, _) = ways
+        is_still = all(graph.slipped.get(k, 0.0) < _NO_SLIP for k in range(first, end))
+        if is_still and sum(squares) > _CANCELLED:
+            return True
+    return any(square > GATE for square in squares)
 
 
 def _slipping(leg, noise, slip_mm):
@@ -204,8 +228,9 @@ def _slipping(leg, noise, slip_mm):
     return leg.covariance(noise + slip_mm**2 / max(leg.way_mm, 1.0))
 
 
-def _contradicts(graph, one, other, known, covariance):
-    """Whether a reading cannot be of the other place, if its passage lies as seen from a known one."""
+def _contradiction(graph, one, other, known, covariance):
+    """Chi-squared by which a reading is not of the other place, if its passage lies as seen from a known
+    one."""
     passage, start = graph.poses[one.passage], graph.poses[known]
     if known < one.passage:
         moved = between(start, passage)
@@ -220,4 +245,4 @@ def _contradicts(graph, one, other, known, covariance):
     swing = np.eye(3)
     swing[:2, 2] = seen[1], -seen[0]
     spread = swing @ slope @ covariance @ slope.T @ swing.T + np.diag(np.square(READING_SIGMA)) * 3
-    return float(off @ np.linalg.solve(spread, off)) > GATE
+    return float(off @ np.linalg.solve(spread, off))
