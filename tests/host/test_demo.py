@@ -2,6 +2,10 @@
 
 import json
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import cv2
 import matplotlib.pyplot as plt
@@ -122,6 +126,17 @@ def test_the_picture_is_drawn_and_reduced(tmp_path, truths):
     assert small.shape[1] == 1350 and (tmp_path / "small.png").stat().st_size < 400000
     green = (abs(small.astype(int) - (92, 163, 0)).sum(axis=2) < 60).sum()
     assert green > 1000  # what was reported is drawn in
+
+
+def test_a_home_that_cannot_be_written_is_no_matter():
+    done = subprocess.run(
+        [sys.executable, "-c", "import tools.demo.picture"],
+        cwd=Path(__file__).parents[2],
+        env=dict(os.environ, HOME="/dev/null", PYTHONPATH="shared:host"),
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_plates_on_the_map_show_what_hangs_there():

@@ -1,8 +1,10 @@
 """The picture of the demo: frames with what was reported drawn in, and the driven path against the truth."""
 
+import logging
 import math
 
-import matplotlib
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells at length of a home that it cannot write
+import matplotlib  # noqa: E402
 
 matplotlib.use("Agg")
 import cv2  # noqa: E402
