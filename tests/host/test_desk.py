@@ -105,7 +105,7 @@ def test_the_tours_recordings_hold_what_their_truth_says(tmp_path, monkeypatch, 
     assert "82 frames" in capsys.readouterr().out
     drive = str(tmp_path / "tour" / "drive")
     assert cli.main(["simulate", "--tour", "-o", str(tmp_path / "tour")]) == 2
-    assert "holds frames already" in capsys.readouterr().err
+    assert "holds clip.bin already" in capsys.readouterr().err
     options = ["--radius-px", "25:35", "--report", str(tmp_path / "r.html"), "--max-wrong", "0"]
     assert cli.main(["validate", drive, *options, "--min-detected", "90"]) == 0
     clip = [frame for _, frame in open_frames([tmp_path / "tour" / "clip.bin"])]

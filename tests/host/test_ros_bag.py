@@ -324,7 +324,7 @@ def test_a_log_from_a_tcp_address(tmp_path):
         (["--input", "run.bin", "-o", "x", "--bag", "--tf-ahead", "nan"], "--tf-ahead nan: give 0 to 10 s"),
         (["--input", "run.bin", "-o", "x", "--bag", "--map", "none.json"], "cannot read none.json"),
         (["--input", "run.bin", "-o", "x", "--bag", "--settings", "run.bin"], "run.bin"),
-        (["--input", "run.bin", "-o", "folder", "--bag"], "folder exists: choose another -o, or --force"),
+        (["--input", "run.bin", "-o", "folder", "--bag"], "folder exists: choose another name, or --force"),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(argv, part, tmp_path, monkeypatch, capsys):
