@@ -245,9 +245,9 @@ def test_rings_partly_covered_are_those_of_a_marker_that_its_cells_tell():
     finder = detector(second_opinion=False)
     for marker_id, told in ((1261, [1261]), (5, [])):
         frame = drawn(marker_id, 1000, 950, 400, 1234)
-        for y in range(20, 60):
-            for x in range(54, 94):
-                if (2 * x - 147) ** 2 + (2 * y - 81) ** 2 < 38 * 38:
+        for y in range(14, 60):
+            for x in range(38, 84):
+                if (2 * x - 120) ** 2 + (2 * y - 72) ** 2 < 44 * 44:
                     frame[y * WIDTH + x] = 250
         assert [found.marker_id for found in finder.detect(frame)] == told
 
