@@ -137,9 +137,6 @@ class _Names:
         place = self.group[thing[0]]
         return place, self._names.get(place, {}).get(self.resolved(thing), thing[-1])
 
-    def things(self, place: str) -> Mapping[Thing, str]:
-        return self._names[place]
-
 
 def _variants(name: str) -> Iterator[str]:
     yield name

@@ -90,8 +90,6 @@ def grow(
             hasty_q4 += ((haste - unit) << 4) // unit
         else:
             hasty_q4 = 0 - _NO_NOISE_Q4
-        if hasty_q4 < 0 - _NO_NOISE_Q4:
-            hasty_q4 = 0 - _NO_NOISE_Q4
         rest = noise_q4 - hasty_q4
         if rest < 0:
             noise_q4 = hasty_q4
