@@ -49,11 +49,12 @@ class Loop:
         app, clock = self._app, self._clock
         self._report_status()
         start_ms = clock.ticks_ms()
-        sent = False
-        while not sent and clock.ticks_diff(clock.ticks_ms(), start_ms) < limit_ms:
+        while True:  # at least once: the program may have stood still since
             sent = app.outbox.empty()
             self._serve_line()
-            sent = sent and not app.line.pending()
+            late = clock.ticks_diff(clock.ticks_ms(), start_ms) >= limit_ms
+            if late or (sent and not app.line.pending()):
+                return
 
     def step(self):
         """One round; True when a frame was processed."""
