@@ -3,6 +3,8 @@
 The harmonics of `ring_fit` take each ring for itself, and the correction for perspective takes up, times 1.3,
 whatever disturbs one of them: a cable across, a torn edge, a shadow's border. Here both rings share centre,
 radius, ellipse and, as far as it is no more than noise, the difference of their centres.
+
+Most limits are comparisons here: a call of min or max takes as many instructions as ten of them.
 """
 
 try:
@@ -54,7 +56,9 @@ class RobustCentre:
         """Fits the sectors of a RingFit's last pass; False when they do not determine the centre.
 
         Then the variance is that of the harmonics."""
-        deviation = min(1024, (rings.outer[_RING_DEVIATION] + rings.inner[_RING_DEVIATION]) * 5 >> 3)
+        deviation = (rings.outer[_RING_DEVIATION] + rings.inner[_RING_DEVIATION]) * 5 >> 3
+        if deviation > 1024:
+            deviation = 1024
         self.square = self.variance = deviation * deviation
         work = self.work
         pose = rings.fit
@@ -62,8 +66,10 @@ class RobustCentre:
         seen = kernels.begin_robust(work, pose, rings.outer_means, rings.inner_means)
         if seen < _LEAST:
             return False
-        prior = _PRIOR_Q10 * (rings.radius_q8 >> 4) // 480
-        prior = max(2, prior * (rings.radius_q8 >> 4) // 480) >> 1
+        radius_q4 = rings.radius_q8 >> 4
+        prior = _PRIOR_Q10 * radius_q4 // 480 * radius_q4 // 960
+        if not prior:
+            prior = 1
         # where nearly all sectors lie close to the harmonics, one step from there will do before the last one
         quiet = seen >= _NEARLY_ALL and deviation <= _QUIET
         for turn in range(_CAREFUL if quiet else 0, _ROUNDS):
@@ -71,9 +77,14 @@ class RobustCentre:
             if kernels.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, ratio, kind) < 64 * _LEAST >> 1:
                 return False
             scale = work[_ROBUST_SCALE]
-            ratio_weight = min(4095, (scale * scale << 8) // _RATIO_SQUARE)
-            # at first a difference of the centres is not to take up what disturbs one ring
-            apart = min(8191, (scale * scale << 8) // (prior * prior * 16)) if turn < _CAREFUL else 0
+            square = scale * scale << 8
+            ratio_weight = square // _RATIO_SQUARE
+            if ratio_weight > 4095:
+                ratio_weight = 4095
+            apart = 0
+            if turn < _CAREFUL:
+                # at first a difference of the centres is not to take up what disturbs one ring
+                apart = min(8191, square // (prior * prior * 16))
             kernels.normal_equations(work, 0, 0, ratio, ratio_weight, apart)
             if not kernels.factor_matrix(0, 0, 0, work):
                 return False
@@ -87,13 +98,21 @@ class RobustCentre:
         """Believes the difference of the centres as far as it exceeds its noise, and tells the variance."""
         weight = kernels.weigh_sectors(0, 0, 0, work, tables.SECTOR_WAVES, ratio, 2)
         # eight parameters are fitted
-        square = work[_ROBUST_SQUARE] * 64 // max(64, weight - 6 * 64)
-        square = min(1 << 17, max(16, square))
+        weight -= 6 * 64
+        square = work[_ROBUST_SQUARE] * 64 // (weight if weight > 64 else 64)
+        if square > 1 << 17:
+            square = 1 << 17
+        elif square < 16:
+            square = 16
         apart_x = (work[_ROBUST_PARAMETERS + 4] - _BIAS) >> 4
         apart_y = (work[_ROBUST_PARAMETERS + 5] - _BIAS) >> 4
-        noise = square * min(_SHARE_MOST, kernels.variance_of(0, 0, 0, work, 4, 0)) >> 12
-        signal = max(((apart_x * apart_x + apart_y * apart_y) >> 1) - noise, prior * prior, 1)
-        apart_weight = min(8191, (square << 8) // signal)
+        share = kernels.variance_of(0, 0, 0, work, 4, 0)
+        noise = square * (share if share < _SHARE_MOST else _SHARE_MOST) >> 12
+        signal = ((apart_x * apart_x + apart_y * apart_y) >> 1) - noise
+        least = prior * prior
+        apart_weight = (square << 8) // (signal if signal > least else least)
+        if apart_weight > 8191:
+            apart_weight = 8191
         kernels.normal_equations(work, 0, 0, ratio, ratio_weight, apart_weight)
         if not kernels.factor_matrix(0, 0, 0, work):
             return False
@@ -101,14 +120,15 @@ class RobustCentre:
         beyond = pose[_FIT_BEYOND_Q8]
         x = self._moved(work, 2, beyond)
         y = self._moved(work, 3, beyond)
-        if max(abs(x), abs(y)) > _MOST_Q10:
+        if x > _MOST_Q10 or x < -_MOST_Q10 or y > _MOST_Q10 or y < -_MOST_Q10:
             return False
         self.x_q10 = (pose[_FIT_X_Q8] << 2) + x
         self.y_q10 = (pose[_FIT_Y_Q8] << 2) + y
         self.middle_x_q10 = (pose[_FIT_X_Q8] << 2) + self._moved(work, 2, 0)
         self.middle_y_q10 = (pose[_FIT_Y_Q8] << 2) + self._moved(work, 3, 0)
         spread = kernels.variance_of(0, 0, 0, work, 2, beyond) + kernels.variance_of(0, 0, 0, work, 3, beyond)
-        self.variance = square * min(_SHARE_MOST, spread >> 3) >> 10
+        share = spread >> 3
+        self.variance = square * (share if share < _SHARE_MOST else _SHARE_MOST) >> 10
         self.square = square
         return True
 

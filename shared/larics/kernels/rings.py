@@ -93,7 +93,7 @@ def ring_crossings(
     cx = int(fit[_FIT_X_Q8])
     cy = int(fit[_FIT_Y_Q8])
     window = int(fit[_FIT_WINDOW_Q8])
-    clip = int(fit[_FIT_CLIP])
+    clip = int(fit[_FIT_CLIP]) << 8
     limit = int(fit[_FIT_LIMIT_Q10])
     least_area = int(fit[_FIT_LEAST_AREA])
     measured = 0
@@ -110,6 +110,8 @@ def ring_crossings(
             step = 1
         skip_bit = 1 << ring
         radius2 = radius * radius
+        wide = window * radius
+        first_slot = ring << 6
         swap = 0
         while swap < 2:
             if swap:
@@ -136,15 +138,15 @@ def ring_crossings(
             while line <= last:
                 offset = (line << 8) - centre
                 value = offset
-                if value < 0:
+                if value >> 31:
                     value = 0 - value
                 height_q8 = (radius * int(roots[(value << 7) // radius])) >> 14
                 height_q8 = (height_q8 + (radius2 - offset * offset) // height_q8) >> 1
-                half = ((window * radius) // height_q8 + 128) >> 8
+                half = (wide // height_q8 + 128) >> 8
                 across_q10 = (offset << 10) // radius
                 along_q10 = (height_q8 << 10) // radius
                 value = across_q10
-                if value < 0:
+                if value >> 31:
                     value = 0 - value
                 sector = 0
                 if value >= 200:
@@ -153,92 +155,99 @@ def ring_crossings(
                         sector = 2
                         if value >= 569:
                             sector = 3
-                cos2 = (along_q10 * along_q10 - across_q10 * across_q10) >> 10
-                sin2 = (along_q10 * across_q10) >> 9
+                bulge = ((along_q10 * along_q10 - across_q10 * across_q10) >> 10) * bulge_cos
+                skewed = ((along_q10 * across_q10) >> 9) * bulge_sin
                 if swap:
-                    cos2 = 0 - cos2
+                    bulge = 0 - bulge
                     sector = 7 - sector
-                    if across_q10 < 0:
+                    if across_q10 >> 31:
                         sector = 15 - sector
-                elif across_q10 < 0:
+                elif across_q10 >> 31:
                     sector = 31 - sector
+                line_start = line * line_pitch
+                gaps = half + half
+                length = gaps * along
+                gaps -= 1
                 crossing = centre_along + height_q8
                 side = 0
                 while side < 2:
                     pixel = (crossing + 128) >> 8
-                    if (int(skip[sector]) & skip_bit) == 0 and pixel - half >= 0 and pixel + half < pixels:
+                    value = pixel - half
+                    if (int(skip[sector]) & skip_bit) == 0 and (value | (pixels - 1 - half - pixel)) >= 0:
                         measured += 1
-                        position = line * line_pitch + (pixel - half) * along
-                        end = position + (half + half) * along
-                        near = int(log[int(image[position])]) + int(log[int(image[position + along])])
+                        position = line_start + value * along
+                        end = position + length
+                        value = int(log[int(image[position])])
+                        near = value + int(log[int(image[position + along])])
                         far = int(log[int(image[end])]) + int(log[int(image[end - along])])
-                        slope = ((far - near) << 7) // (half + half - 1)
-                        base = (near << 7) - (slope >> 1) - (clip << 8)
+                        slope = ((far - near) << 7) // gaps
+                        base = (near << 7) - (slope >> 1) - clip
                         area = 0
-                        moment = 0
-                        value = (base >> 8) - int(log[int(image[position])])
-                        if value > 0:
-                            area = value
-                            moment = value
+                        # minus the darkness
+                        value -= base >> 8
+                        if value >> 31:
+                            area = 0 - value
+                        # the sum of the areas up to each pixel, by those of two and of four at once
+                        moment = area
                         if half & 1:
                             position += along
                             base += slope
-                            value = (base >> 8) - int(log[int(image[position])])
-                            if value > 0:
-                                area += value
-                            moment += area
+                            value = int(log[int(image[position])]) - (base >> 8)
+                            if value >> 31:
+                                area -= value
                             position += along
                             base += slope
-                            value = (base >> 8) - int(log[int(image[position])])
-                            if value > 0:
-                                area += value
-                            moment += area
+                            value = int(log[int(image[position])]) - (base >> 8)
+                            if value >> 31:
+                                area -= value
+                                moment += value
+                            moment += area << 1
                         while position < end:
                             position += along
                             base += slope
-                            value = (base >> 8) - int(log[int(image[position])])
-                            if value > 0:
-                                area += value
-                            moment += area
+                            value = int(log[int(image[position])]) - (base >> 8)
+                            if value >> 31:
+                                area -= value
                             position += along
                             base += slope
-                            value = (base >> 8) - int(log[int(image[position])])
-                            if value > 0:
-                                area += value
-                            moment += area
+                            value = int(log[int(image[position])]) - (base >> 8)
+                            if value >> 31:
+                                area -= value
+                                moment += value
                             position += along
                             base += slope
-                            value = (base >> 8) - int(log[int(image[position])])
-                            if value > 0:
-                                area += value
-                            moment += area
+                            value = int(log[int(image[position])]) - (base >> 8)
+                            if value >> 31:
+                                area -= value
+                                moment += value + value
                             position += along
                             base += slope
-                            value = (base >> 8) - int(log[int(image[position])])
-                            if value > 0:
-                                area += value
-                            moment += area
-                        slot = ((sector >> 1) << 2) + (ring << 6)
-                        line_area = (area * along_q10) >> 10
-                        sectors[slot] = int(sectors[slot]) + 1
-                        sectors[slot + 1] = int(sectors[slot + 1]) + line_area
-                        if line_area > least_area:
+                            value = int(log[int(image[position])]) - (base >> 8)
+                            if value >> 31:
+                                area -= value
+                                moment += value * 3
+                            moment += area << 2
+                        position = ((sector & 30) << 1) + first_slot
+                        value = (area * along_q10) >> 10
+                        sectors[position] = int(sectors[position]) + 1
+                        sectors[position + 1] = int(sectors[position + 1]) + value
+                        if value > least_area:
                             value = (((half + 1) * area - moment) << 10) // area
                             value += ((pixel << 8) - crossing) << 2
                             value = value * along_q10
                             if side:
                                 value = 0 - value
-                            value = ((value + 512) >> 10) - ((cos2 * bulge_cos + sin2 * bulge_sin) >> 10)
+                            value = ((value + 512) >> 10) - ((bulge + skewed) >> 10)
                             if value < limit and 0 - limit < value:
-                                sectors[slot + 2] = int(sectors[slot + 2]) + 1
-                                sectors[slot + 3] = int(sectors[slot + 3]) + value + 32768
+                                sectors[position + 2] = int(sectors[position + 2]) + 1
+                                sectors[position + 3] = int(sectors[position + 3]) + value + 32768
                     # the other side of the ring
                     sector = 15 - sector
                     if swap:
                         sector += 16
                     elif sector < 0:
                         sector += 32
-                    sin2 = 0 - sin2
+                    skewed = 0 - skewed
                     crossing = centre_along - height_q8
                     side += 1
                 line += step
