@@ -38,14 +38,14 @@ def edge_distances(
     capacity = int(radii[_RADII_CAPACITY])
     # most edges lie in other rows: no division for them
     first = ((cy - reach) >> 4) * width
-    end = (((cy + reach) >> 4) + 1) * width
+    end = (((cy + reach) >> 4) + 1) * width - 1
     kept = 0
     i = 0
     while i < count:
         position = int(edges[i])
         i += 1
         x = position & 1048575
-        if x >= first and x < end:
+        if ((x - first) | (end - x)) >= 0:
             y = x // width
             x = ((x - y * width) << 4) - cx
             if x < reach and 0 - reach < x:
@@ -57,14 +57,14 @@ def edge_distances(
                     off = (x * sine - y * cosine) >> 14
                     if off < slack and 0 - slack < off:
                         distance = (x * cosine + y * sine) >> 14
-                        if distance < 0:
+                        if distance >> 31:
                             distance = half_line - distance
                             direction += 24
                             if direction >= 48:
                                 direction -= 48
                         else:
                             distance = distance - half_line
-                        if distance > 0 and distance < reach:
+                        if distance > 0 and (distance - reach) >> 31:
                             distances[kept] = distance | (direction << 16)
                             kept += 1
                             if kept >= capacity:

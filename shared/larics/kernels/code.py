@@ -106,7 +106,7 @@ def code_positions(
             squares = 0
             moment = 0
             i = 0
-            while i < 9:
+            while i - 9:
                 position = (y >> 8) * width + (x >> 8)
                 fraction = x & 255
                 value = int(image[position])
@@ -115,7 +115,7 @@ def code_positions(
                 value = int(image[position])
                 value = (value << 8) + (int(image[position + 1]) - value) * fraction
                 value = int(log[(upper + (((value - upper) * (y & 255)) >> 8) + 128) >> 8])
-                if i == 0:
+                if not i:
                     base = value
                 sum += value
                 value -= base

@@ -67,10 +67,10 @@ def annulus_profile(
                 i = 0
             if (x >> 8) >= width or (y >> 8) >= height or (end_x >> 8) >= width or (end_y >> 8) >= height:
                 i = 0
-        if i > 0:
+        if i:
             inside += 1
             total = 1
-        while i > 0:
+        while i:
             total += int(log[int(image[(y >> 8) * width + (x >> 8)])])
             x += dx
             y += dy
@@ -88,28 +88,17 @@ def dark_directions(
 ) -> int:  # fmt: skip
     """The directions that are darker than both their sides, darkest first, as (direction, depth) in `result`.
 
-    The sides are the means of the directions `near` and `far` steps away (below `directions`); picks lie
+    The sides are the means of the directions `near` and `far` steps away; directions: a power of 2; picks lie
     more than `apart` steps apart and are at least 3/8 as deep as the first. depths: scratch space, one item
     per direction. Returns their number, at most `capacity`."""
+    turn = directions - 1
     k = 0
     while k < directions:
         depth = int(profile[k])
         depths[k] = 0
         if depth > 0:
-            i = k + near
-            if i >= directions:
-                i -= directions
-            j = k + far
-            if j >= directions:
-                j -= directions
-            side = int(profile[i]) + int(profile[j])
-            i = k - near
-            if i < 0:
-                i += directions
-            j = k - far
-            if j < 0:
-                j += directions
-            other = int(profile[i]) + int(profile[j])
+            side = int(profile[(k + near) & turn]) + int(profile[(k + far) & turn])
+            other = int(profile[(k - near) & turn]) + int(profile[(k - far) & turn])
             if other < side:
                 side = other
             depth = (side >> 1) - depth
@@ -122,7 +111,7 @@ def dark_directions(
         best = 0
         where = 0
         k = 0
-        while k < directions:
+        while k - directions:
             depth = int(depths[k])
             if depth > best:
                 best = depth
@@ -138,12 +127,7 @@ def dark_directions(
         i = where - apart
         j = 0
         while j <= apart + apart:
-            k = i + j
-            if k < 0:
-                k += directions
-            if k >= directions:
-                k -= directions
-            depths[k] = 0
+            depths[(i + j) & turn] = 0
             j += 1
     return picked
 

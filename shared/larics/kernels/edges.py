@@ -50,11 +50,11 @@ def gradient_histogram(
         while position < end:
             across = int(image[position + reach]) - int(image[position - reach])
             down = int(image[position + row_reach]) - int(image[position - row_reach])
-            if across < 0:
+            if across >> 31:
                 across = 0 - across
-            if down < 0:
+            if down >> 31:
                 down = 0 - down
-            if across < down:
+            if (across - down) >> 31:
                 smaller = across
                 across = down
                 down = smaller
@@ -233,7 +233,7 @@ def thin_line_edges(
     reach = int(grid[_GRID_REACH])
     row_reach = int(grid[_GRID_WIDTH]) * reach
     first = int(grid[_GRID_FIRST])
-    end = int(grid[_GRID_END])
+    end = int(grid[_GRID_END]) - 1
     kept = 0
     listed = 0
     diagonal = row_reach + reach
@@ -242,7 +242,7 @@ def thin_line_edges(
     while i < count:
         position = int(positions[i])
         i += 1
-        if position < first or position >= end:
+        if ((position - first) | (end - position)) >> 31:
             continue
         a = int(image[position + diagonal]) - int(image[position - diagonal])
         b = int(image[position - antidiagonal]) - int(image[position + antidiagonal])
@@ -251,10 +251,10 @@ def thin_line_edges(
         slot = 0
         a = gx
         b = gy
-        if a < 0:
+        if a >> 31:
             a = 0 - a
             slot = 34
-        if b < 0:
+        if b >> 31:
             b = 0 - b
             slot += 68
         if a >= b:

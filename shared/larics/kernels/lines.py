@@ -81,7 +81,7 @@ def line_crossings(
     if window > 3584:
         window = 3584
     line_width = (outer * int(shape[_SHAPE_LINE])) >> 10
-    clip = (area_unit << 5) // line_width
+    clip = (area_unit << 5) // line_width << 8
     half_line = line_width >> 1
     least_area = (area_unit * 3) >> 3
     inside = 0
@@ -124,6 +124,8 @@ def line_crossings(
             sign = 0 - sine
         ratio = (minor << 14) // major
         half = ((window << 14) // major + 128) >> 8
+        length = half + half
+        gaps = length - 1
         begin = ((first + window * oblique // major) * major) >> 14
         end = ((last - half_line * oblique // major) * major) >> 14
         if forward < 0:
@@ -150,22 +152,30 @@ def line_crossings(
                 outside += 1
             else:
                 position = line * line_pitch + (pixel - half) * along
-                last_position = position + (half + half) * along
+                last_position = position + length * along
                 near = int(log[int(image[position])]) + int(log[int(image[position + along])])
                 far = int(log[int(image[last_position])]) + int(log[int(image[last_position - along])])
-                slope = ((far - near) << 7) // (half + half - 1)
-                base = (near << 7) - (slope >> 1) - (clip << 8)
+                slope = ((far - near) << 7) // gaps
+                base = (near << 7) - (slope >> 1) - clip
                 area = 0
-                moment = 0
-                i = half + half
-                while i >= 0:
-                    value = (base >> 8) - int(log[int(image[position])])
-                    if value > 0:
-                        area += value
-                    moment += area
+                # minus the darkness; two pixels at a time, and the sum of the areas up to each
+                value = int(log[int(image[position])]) - (base >> 8)
+                if value >> 31:
+                    area -= value
+                moment = area
+                while position < last_position:
                     position += along
                     base += slope
-                    i -= 1
+                    value = int(log[int(image[position])]) - (base >> 8)
+                    if value >> 31:
+                        area -= value
+                    position += along
+                    base += slope
+                    value = int(log[int(image[position])]) - (base >> 8)
+                    if value >> 31:
+                        area -= value
+                        moment += value
+                    moment += area << 1
                 value = (area * major) >> 14
                 inside += 1
                 area_sum += value

@@ -46,21 +46,40 @@ def cast_votes(
         y = position // width
         origin = ((y + half) // step) * row + (position - y * width + half) // step
         entry = direction * per_direction
-        run = direction << 2
-        last_run = run + 4
-        length = outer_entries
-        while run < last_run:
-            if run == last_run - 2:
-                length = inner_entries
-            bit = int(bits[run])
-            end = entry + length
-            while entry < end:
-                cell = int(offsets[entry]) + origin
-                cells[cell] = int(cells[cell]) | bit
-                cell = int(offsets[entry + 1]) + origin
-                cells[cell] = int(cells[cell]) | bit
-                entry += 2
-            run += 1
+        # the four runs one after the other: a loop over them costs as much as a vote each
+        direction = direction << 2
+        bit = int(bits[direction])
+        end = entry + outer_entries
+        while entry - end:
+            cell = int(offsets[entry]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            cell = int(offsets[entry + 1]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            entry += 2
+        bit = int(bits[direction + 1])
+        end += outer_entries
+        while entry - end:
+            cell = int(offsets[entry]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            cell = int(offsets[entry + 1]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            entry += 2
+        bit = int(bits[direction + 2])
+        end += inner_entries
+        while entry - end:
+            cell = int(offsets[entry]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            cell = int(offsets[entry + 1]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            entry += 2
+        bit = int(bits[direction + 3])
+        end += inner_entries
+        while entry - end:
+            cell = int(offsets[entry]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            cell = int(offsets[entry + 1]) + origin
+            cells[cell] = int(cells[cell]) | bit
+            entry += 2
     return (count - first + every - 1) // every * per_direction
 
 
