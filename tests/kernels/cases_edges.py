@@ -52,9 +52,9 @@ def steep_positions(random):
             (2, 3, 2, 100, 5, 200),
         ):
             points = grid(WIDTH, HEIGHT, reach, step)
-            yield frame, 0, 0, points, field, threshold, ints(capacity + 1, random), listed, capacity
+            yield 0, 0, frame, points, field, threshold, ints(capacity + 1, random), listed, capacity
     frame = view(pixels("noise", 1024, 3, random))
-    yield frame, 0, 0, grid(1024, 3, 1, 1), 0, 100, zeros32(1025), 0, 1024
+    yield 0, 0, frame, grid(1024, 3, 1, 1), 0, 100, zeros32(1025), 0, 1024
 
 
 def thin_line_edges(random):

@@ -92,7 +92,7 @@ def find_windows(random):
             cells = sparse_cells(row * rows, random, density)
             windows = words(3 * capacity + 3, random)
             yield (
-                cells, 0, row, left, right, top, bottom, zeros32(18), tables.BIT_COUNT, least, windows,
+                left, 0, cells, row, right, top, bottom, zeros32(18), tables.BIT_COUNT, least, windows,
                 capacity,
             )  # fmt: skip
 

@@ -156,7 +156,7 @@ class CentreVotes:
             0, 0, cells, self._offsets, edges, first, count, every, self._cells, buffers.bits
         )  # fmt: skip
         windows = kernels.find_windows(
-            cells, 0, grid.row, block_left, block_right, block_top, block_bottom, buffers.above,
+            block_left, 0, cells, grid.row, block_right, block_top, block_bottom, buffers.above,
             tables.BIT_COUNT, self._least, buffers.windows, WINDOWS,
         )  # fmt: skip
         return kernels.rank_centres(

@@ -170,5 +170,5 @@ class EdgeFinder:
     @micropython.native
     def _steep(self, frame, grid, field, threshold2, listed, capacity):
         return kernels.steep_positions(
-            frame, 0, 0, grid, field, threshold2, self.edges, listed, capacity
+            0, 0, frame, grid, field, threshold2, self.edges, listed, capacity
         )  # fmt: skip

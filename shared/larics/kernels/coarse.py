@@ -94,7 +94,7 @@ def choose_radius(
     while rounds > 0:
         rounds -= 1
         bin = 0
-        while bin < bins:
+        while bin - bins:
             histogram[bin] = 0
             bin += 1
         i = 0

@@ -120,7 +120,7 @@ def edge_threshold(
 
 @micropython.viper
 def steep_positions(
-    image: ptr8, position: int, across: int, grid: ptr32, field: int, threshold2: int, positions: ptr32,
+    position: int, between: int, image: ptr8, grid: ptr32, field: int, threshold2: int, positions: ptr32,
     listed: int, capacity: int,
 ) -> int:  # fmt: skip
     """Lists the grid points whose gradient is longer than the square root of `threshold2` (< 2**18).
@@ -154,9 +154,10 @@ def steep_positions(
         # four at a time, of which the last ones may write the item beyond the capacity; then the others
         fours = end - 3 * step
         while position < fours:
-            across = int(image[position + right]) - int(image[position + left])
-            down = int(image[position + below]) - int(image[position])
-            if across * across + down * down > threshold2:
+            between = int(image[position + right]) - int(image[position + left])
+            square = between * between
+            between = int(image[position + below]) - int(image[position])
+            if between * between + square > threshold2:
                 positions[listed] = position + row_reach
                 listed += 1
                 if listed >= capacity:
@@ -165,9 +166,10 @@ def steep_positions(
                     fours = 0
                     y = bottom
             position += step
-            across = int(image[position + right]) - int(image[position + left])
-            down = int(image[position + below]) - int(image[position])
-            if across * across + down * down > threshold2:
+            between = int(image[position + right]) - int(image[position + left])
+            square = between * between
+            between = int(image[position + below]) - int(image[position])
+            if between * between + square > threshold2:
                 positions[listed] = position + row_reach
                 listed += 1
                 if listed >= capacity:
@@ -176,9 +178,10 @@ def steep_positions(
                     fours = 0
                     y = bottom
             position += step
-            across = int(image[position + right]) - int(image[position + left])
-            down = int(image[position + below]) - int(image[position])
-            if across * across + down * down > threshold2:
+            between = int(image[position + right]) - int(image[position + left])
+            square = between * between
+            between = int(image[position + below]) - int(image[position])
+            if between * between + square > threshold2:
                 positions[listed] = position + row_reach
                 listed += 1
                 if listed >= capacity:
@@ -187,9 +190,10 @@ def steep_positions(
                     fours = 0
                     y = bottom
             position += step
-            across = int(image[position + right]) - int(image[position + left])
-            down = int(image[position + below]) - int(image[position])
-            if across * across + down * down > threshold2:
+            between = int(image[position + right]) - int(image[position + left])
+            square = between * between
+            between = int(image[position + below]) - int(image[position])
+            if between * between + square > threshold2:
                 positions[listed] = position + row_reach
                 listed += 1
                 if listed >= capacity:
@@ -199,9 +203,10 @@ def steep_positions(
                     y = bottom
             position += step
         while position < end:
-            across = int(image[position + right]) - int(image[position + left])
-            down = int(image[position + below]) - int(image[position])
-            if across * across + down * down > threshold2:
+            between = int(image[position + right]) - int(image[position + left])
+            square = between * between
+            between = int(image[position + below]) - int(image[position])
+            if between * between + square > threshold2:
                 positions[listed] = position + row_reach
                 listed += 1
                 if listed >= capacity:

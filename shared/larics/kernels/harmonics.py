@@ -116,16 +116,16 @@ def ring_harmonics(
                 i = 12 + (unit >> 2)
                 while i >= 0:
                     residual = int(means[i])
-                    if residual > 0:
+                    if residual:
                         residual = residual - a0 - ((model1 + model2) >> 7)
                         work = residual
-                        if work < 0:
+                        if work >> 31:
                             work = 0 - work
-                        if work < limit:
+                        if (work - limit) >> 31:
                             used += 1
                             s0 += residual
                             deviation += work
-                            if work > largest:
+                            if (largest - work) >> 31:
                                 largest = work
                         else:
                             residual = 0

@@ -115,7 +115,7 @@ def weigh_sectors(i: int, shift: int, product: int, work: ptr32, waves: ptr8, ra
                     left = 0 - _FARTHEST
                 if turn:
                     product = left
-                    if product < 0:
+                    if product >> 31:
                         product = 0 - product
                     work[_ROBUST_RIGHT + seen] = product
                     seen += 1
@@ -150,7 +150,7 @@ def weigh_sectors(i: int, shift: int, product: int, work: ptr32, waves: ptr8, ra
             weight = int(work[_ROBUST_BASES + i])
             if weight > 0:
                 left = int(work[_ROBUST_LEFT + i]) - _BIAS
-                if left < 0:
+                if left >> 31:
                     left = 0 - left
                 left = (left << 8) // scale
                 if turn > 1:

@@ -180,19 +180,19 @@ def clear_cells(cells: ptr32, i: int, end: int):
 
 @micropython.viper
 def find_windows(
-    cells: ptr32, i: int, row: int, left: int, right: int, top: int, bottom: int, above: ptr32, ones: ptr8,
+    x: int, i: int, cells: ptr32, row: int, right: int, top: int, bottom: int, above: ptr32, ones: ptr8,
     least: int, windows: ptr16, capacity: int,
 ) -> int:  # fmt: skip
     """Lists the windows of 4x4 cells that hold at least `least` of the 24 directions, as (directions, x, y).
 
-    left <= x < right, top <= y < bottom, in blocks of 2x2 cells, of which a window has 2x2; `cells` has rows
+    From the given x to before right, top <= y < bottom, in blocks of 2x2 cells, of which a window has 2x2; `cells` has rows
     of `row` cells; `above`: scratch space for the blocks of a row, right + 1 items; `ones`: 256 bit counts;
     `windows`: 3 * capacity + 3 items. A full list raises the limit and drops the weaker ones. Returns the
     number of windows."""
     listed = 0
     full = capacity * 3
+    left = x
     i = (top * row + left) << 1
-    x = left
     while x <= right:
         above[x] = int(cells[i]) | int(cells[i + 1]) | int(cells[i + row]) | int(cells[i + row + 1])
         i += 2
@@ -206,7 +206,7 @@ def find_windows(
         joined = before | int(above[x])
         above[x] = before
         before = joined
-        while x < right:
+        while x - right:
             i += 2
             x += 1
             joined = int(cells[i]) | int(cells[i + 1]) | int(cells[i + row]) | int(cells[i + row + 1])

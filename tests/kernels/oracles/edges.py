@@ -56,7 +56,7 @@ def edge_threshold(before, after, result):
 
 
 def steep_positions(before, after, result):
-    image, _, _, grid, field, threshold2, positions, listed, capacity = before
+    _, _, image, grid, field, threshold2, positions, listed, capacity = before
     grid = _grid(grid)
     step = grid["STEP"]
     expected = list(positions[:listed])

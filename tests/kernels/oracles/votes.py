@@ -77,7 +77,7 @@ def _directions(cell):
 
 
 def find_windows(before, after, result):
-    cells, _, row, left, right, top, bottom, _, _, least, _, capacity = before
+    left, _, cells, row, right, top, bottom, _, _, least, _, capacity = before
     windows = {}
     for y in range(top, bottom):
         for x in range(left, right):
