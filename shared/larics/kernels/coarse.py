@@ -41,11 +41,11 @@ def edge_distances(
     end = (((cy + reach) >> 4) + 1) * width - 1
     kept = 0
     i = 0
-    while i < count:
+    while i - count:
         position = int(edges[i])
         i += 1
         x = position & 1048575
-        if ((x - first) | (end - x)) >= 0:
+        if not ((x - first) | (end - x)) >> 31:
             y = x // width
             x = ((x - y * width) << 4) - cx
             if x < reach and 0 - reach < x:
@@ -84,6 +84,7 @@ def choose_radius(
     on the outer ring, on the inner one. Returns the number of edges on both."""
     last = int(radii[_RADII_LAST])
     bins = int(radii[_RADII_BINS])
+    last_bin = bins - 1
     inner_q10 = int(radii[_RADII_INNER_Q10])
     shift_x = 0
     shift_y = 0
@@ -93,18 +94,22 @@ def choose_radius(
     on_inner = 0
     while rounds > 0:
         rounds -= 1
+        shifted = shift_x | shift_y  # not yet in the first round
         bin = 0
         while bin - bins:
             histogram[bin] = 0
             bin += 1
         i = 0
-        while i < count:
+        while i - count:
             value = int(distances[i])
             i += 1
-            axis = value >> 16 << 1
-            shift = shift_x * (int(axes[axis]) - 32768) + shift_y * (int(axes[axis + 1]) - 32768)
-            bin = ((value & 65535) - (shift >> 14)) >> 3
-            if bin >= 0 and bin < bins:
+            bin = value & 65535
+            if shifted:
+                value = value >> 16 << 1
+                shift = shift_x * (int(axes[value]) - 32768) + shift_y * (int(axes[value + 1]) - 32768)
+                bin -= shift >> 14
+            bin = bin >> 3
+            if not (bin | (last_bin - bin)) >> 31:
                 if int(histogram[bin]) < 255:
                     histogram[bin] = int(histogram[bin]) + 1
         best = 0 - 1
@@ -131,14 +136,16 @@ def choose_radius(
         on_outer = 0
         on_inner = 0
         i = 0
-        while i < count:
+        while i - count:
             value = int(distances[i])
             i += 1
-            axis = value >> 16 << 1
-            cosine = int(axes[axis]) - 32768
-            sine = int(axes[axis + 1]) - 32768
+            bin = value >> 16 << 1
+            cosine = int(axes[bin]) - 32768
+            sine = int(axes[bin + 1]) - 32768
             # from the outer ring, or else from the inner one
-            value = (value & 65535) - ((shift_x * cosine + shift_y * sine) >> 14) - radius
+            value = (value & 65535) - radius
+            if shifted:
+                value -= (shift_x * cosine + shift_y * sine) >> 14
             near = 0
             if value > _OUTER_NEAR_Q4 or value < 0 - _OUTER_NEAR_Q4:
                 value = value + radius - inner

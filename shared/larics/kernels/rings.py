@@ -173,7 +173,7 @@ def ring_crossings(
                 while side < 2:
                     pixel = (crossing + 128) >> 8
                     value = pixel - half
-                    if (int(skip[sector]) & skip_bit) == 0 and (value | (pixels - 1 - half - pixel)) >= 0:
+                    if not int(skip[sector]) & skip_bit and not (value | (pixels - 1 - half - pixel)) >> 31:
                         measured += 1
                         position = line_start + value * along
                         end = position + length

@@ -185,10 +185,10 @@ def find_windows(
 ) -> int:  # fmt: skip
     """Lists the windows of 4x4 cells that hold at least `least` of the 24 directions, as (directions, x, y).
 
-    From the given x to before right, top <= y < bottom, in blocks of 2x2 cells, of which a window has 2x2; `cells` has rows
-    of `row` cells; `above`: scratch space for the blocks of a row, right + 1 items; `ones`: 256 bit counts;
-    `windows`: 3 * capacity + 3 items. A full list raises the limit and drops the weaker ones. Returns the
-    number of windows."""
+    From the given x to before right, top <= y < bottom, in blocks of 2x2 cells, of which a window has 2x2;
+    `cells` has rows of `row` cells; `above`: scratch space for the blocks of a row, right + 1 items; `ones`:
+    256 bit counts; `windows`: 3 * capacity + 3 items. A full list raises the limit and drops the weaker ones.
+    Returns the number of windows."""
     listed = 0
     full = capacity * 3
     left = x
