@@ -71,3 +71,35 @@ def test_the_fleet_counts_an_overtaken_message_as_the_decoder_does(tmp_path, cap
     assert cli.main(["fleet", str(tmp_path / "late.bin"), "--jobs", "1"]) == 0
     lost = int(capsys.readouterr().out.splitlines()[2].split()[-1])
     assert lost == decoder.counters.gaps == 1
+
+
+def told(steps):
+    """STATUS of one boot by (sequence, uptime)."""
+    for sequence, uptime_s in steps:
+        yield from frames_of(m.STATUS, {"boot": 1, "uptime_s": uptime_s, "state": m.LOST}, [sequence])
+
+
+@pytest.mark.parametrize("first", [100, 40000])
+@pytest.mark.parametrize("length", [20, 500, 31000, 50000])
+def test_recordings_that_are_joined_lost_nothing(first, length):
+    part = [(first + 1, 4), (first + 3, 5), ((first + length) % 65536, 6)]
+    receiver, once = Receiver(), Receiver()
+    once.feed(b"".join(told(part)), 0.0)
+    receiver.feed(b"".join(told(part * 3)), 0.0)
+    assert receiver.counters.gaps == 3 * once.counters.gaps > 0
+    assert receiver.counters.restarts - 3 * once.counters.restarts == 2
+
+
+def test_a_status_that_was_overtaken_is_no_recording():
+    receiver = Receiver()
+    receiver.feed(b"".join(told([(5, 1), (7, 3), (6, 2), (8, 4), (10, 5)])), 0.0)
+    assert (receiver.counters.gaps, receiver.counters.restarts) == (1, 0)
+
+
+def test_the_fleet_counts_joined_recordings_as_the_receiver_does(tmp_path, capsys):
+    data = b"".join(told([(40000, 4), (60000, 5), (14000, 6)] * 2))
+    receiver = Receiver()
+    receiver.feed(data, 0.0)
+    (tmp_path / "joined.bin").write_bytes(data)
+    assert cli.main(["fleet", str(tmp_path / "joined.bin"), "--jobs", "1"]) == 0
+    assert int(capsys.readouterr().out.splitlines()[2].split()[-1]) == receiver.counters.gaps
