@@ -78,8 +78,8 @@ class Receiver:
     """Feeds a Decoder and hands out what it found; `counters` are the decoder's, `message_bytes` counts those
     of all messages.
 
-    A STATUS whose uptime goes back within a boot tells that a recording begins anew, as where logs are joined:
-    what is missing since the STATUS before is then a restart and no loss."""
+    A STATUS whose uptime goes back within a boot tells that a recording begins anew, as where logs are
+    joined: what is missing since the STATUS before is then a restart and no loss."""
 
     def __init__(self) -> None:
         self._status: _Status | None = None
