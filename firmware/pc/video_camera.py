@@ -12,6 +12,8 @@ from cameras import CameraError
 from pc import host_clock
 
 _REOPEN_S = (0.5, 1.0, 2.0, 4.0, 8.0)  # between attempts to open, the longer the more have failed
+_OPEN_S = 4.0  # a source, or a network, that was busy at the first attempt
+_SLOW_S = 1.5  # what fails sooner was refused
 _WAIT_S = 0.004  # grab() waits so long for a frame, or the loop of the program would spin
 _FRAMES = (1 << 30) - 1
 _STOP_S = 0.2
@@ -51,10 +53,22 @@ class VideoCamera:
 
     def open(self):
         """The first opening, with its errors raised: from then on the size of the frames is known."""
-        source = self._first = self._open()
+        source = self._first = self._open_patiently()
         self.width, self.height, self.turned = source.width, source.height, source.turned
         self.frame = bytearray(self.width * self.height)
         self.adjustable = source.kind == "device" and source.exposure(self._exposure_us)
+
+    def _open_patiently(self):
+        """Opens it, again where nothing came in time; errors that come at once are raised at once."""
+        end_s = time.monotonic() + _OPEN_S
+        while True:
+            begin_s = time.monotonic()
+            try:
+                return self._open()
+            except CameraError:
+                now_s = time.monotonic()
+                if now_s - begin_s < _SLOW_S or now_s >= end_s:
+                    raise
 
     def start(self):
         """Returns at once, except the first time when nobody called open()."""

@@ -4,6 +4,7 @@ lines."""
 import asyncio
 import contextlib
 import io
+import itertools
 import json
 import math
 import os
@@ -36,6 +37,7 @@ from larics_host.logs.log_writer import LogWriter
 from tests.host.test_dual import ROOT
 from tests.host.test_log import info_values, marker_values, status_values, wire, write_all
 from tests.host.test_monitor import firmware
+from tests.host.waiting import Clock
 from wire_values import message_values
 
 START = datetime(2026, 3, 1, 12, 0, 0, tzinfo=UTC)
@@ -191,9 +193,12 @@ def test_a_live_camera_tells_wall_clock_times():
     assert before <= item.time + timedelta(milliseconds=8, microseconds=1) and item.time <= after
 
 
-def test_a_camera_that_falls_silent_is_an_error():
+def test_a_camera_that_falls_silent_is_an_error(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr("larics_host.api.camera.time", clock)
     with server(wire((m.MARKER, marker_values(1)))) as address, Camera(address, timeout_s=1) as camera:
         assert next(camera).frame == 1
+        monkeypatch.setattr(clock, "monotonic", itertools.count().__next__)  # a second at each look
         with pytest.raises(CameraError, match="tcp.* for 1 s; it fell silent after 1 message"):
             next(camera)
     told = pytest.raises(CameraError, match="not a byte: is it the address of larics camera")

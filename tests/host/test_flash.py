@@ -41,6 +41,8 @@ def main():
         time.sleep_ms(50)
 """
 
+STUMBLED = b"stumbles on OpenMV RT1062"
+
 # ... that also looks whether this start is the third in a row, as the real one
 CAREFUL_START = (
     START.replace("def main():\n", "def main():\n    if is_third():\n        return\n")
@@ -313,7 +315,12 @@ def test_romfs_takes_the_program_and_what_was_before_is_the_way_back(board, tmp_
 
 
 def test_only_what_is_known_is_said_of_a_start_that_failed(board, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("larics_host.commands.flash._BANNER_S", 4)
+    read_until = flash_command._read_until
+    monkeypatch.setattr(  # as if the time were over when it has stumbled
+        flash_command,
+        "_read_until",
+        lambda link, port, device, wanted, limit_s: read_until(link, port, device, STUMBLED, PATIENCE_S),
+    )
     root = tiny_program(tmp_path, "one")
     (root / "firmware" / "start.py").write_text(START.replace("larics %s runs on", "%s stumbles on"))
     assert flash(board, root, monkeypatch) == 2

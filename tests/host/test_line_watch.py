@@ -1,8 +1,8 @@
 """What came when no message could be read: each kind has its own line, with what to do."""
 
 import random
+import signal
 import struct
-import time
 
 import pytest
 
@@ -14,7 +14,7 @@ from larics_host.connection.line_watch import LineWatch
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
 from tests.host.test_log import larics, marker_values, wire, write_all
-from tests.host.waiting import PATIENCE_S
+from tests.host.waiting import PATIENCE_S, wait_until
 
 NOISE = random.Random(3).randbytes(3000)
 
@@ -186,8 +186,14 @@ def test_a_log_of_a_silent_and_of_a_garbled_port(tmp_path):
         process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "a"), "--seconds", "0.5")
         _, err = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 2 and "no message came from %s, not a byte" % cable.device_b in err
-        process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "b"), "--seconds", "2")
-        while process.poll() is None:
+        process = larics("log", "--port", cable.device_b, "-o", str(tmp_path / "b"), "--raw")
+        raw = tmp_path / "b.bin"
+
+        def has_come():
             write_all(cable.device_a, NOISE[:50])
-            time.sleep(0.05)
-        assert "noise: most likely the wrong baud rate (115200 here" in process.communicate()[1]
+            return raw.exists() and raw.stat().st_size >= 1000
+
+        wait_until(has_come)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE_S)
+        assert "noise: most likely the wrong baud rate (115200 here" in err

@@ -40,7 +40,8 @@ class Camera:
 
 
 @pytest.fixture
-def server():
+def server(monkeypatch):
+    monkeypatch.setattr(local_server, "_TIMEOUT_S", 60)  # of a computer that stands still meanwhile
     session = Session(Camera(), MonitorState("camera"))
     session.asked = 0
 
@@ -192,7 +193,6 @@ def test_who_is_slow_is_cut_off_however_it_drips(server, monkeypatch, head):
 
 
 def test_connections_are_capped_and_come_free_again(server, monkeypatch):
-    monkeypatch.setattr(local_server, "_TIMEOUT_S", 60)
     links = [connect(server) for _ in range(local_server.CONNECTIONS)]
     for link in links:  # each has a thread of its own as soon as it is answered
         link.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")

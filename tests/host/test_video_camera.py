@@ -8,11 +8,17 @@ import cv2
 import pytest
 
 from cameras import CameraError
-from pc import video_camera
+from pc import video_camera, video_source
 from pc.video_camera import VideoCamera
 from pc.video_source import VideoSource, is_whole
 from tests.host.mjpeg import PICTURES, jpeg, mjpeg_server
-from tests.host.waiting import wait_until
+from tests.host.waiting import Clock, wait_until
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Who serves the pictures may stand still for a while."""
+    monkeypatch.setattr(video_source, "_TIMEOUT_MS", 60000)
 
 
 @contextlib.contextmanager
@@ -75,7 +81,8 @@ def test_the_source_is_opened_once():
         assert server.opened == 1 and numbers == sorted(set(numbers)) and numbers[0] >= 0
 
 
-def test_a_stream_that_falls_silent_is_opened_again_until_it_speaks():
+def test_a_stream_that_falls_silent_is_opened_again_until_it_speaks(monkeypatch):
+    monkeypatch.setattr(video_source, "_TIMEOUT_MS", 2000)
     bodies = [jpeg(frame) for frame in PICTURES]
     silent = threading.Event()
     with (
@@ -84,9 +91,8 @@ def test_a_stream_that_falls_silent_is_opened_again_until_it_speaks():
     ):
         next_frame(camera)
         silent.set()
-        wait_until(lambda: len(told) >= 2)  # silent, and cannot be opened
-        assert camera.opening and told[0] == "no more frames: opening it again"
-        assert "cannot be opened" in told[1]
+        wait_until(lambda: told and "cannot be opened" in told[-1])
+        assert camera.opening and "no more frames: opening it again" in told
         while camera.grab():
             pass
         silent.clear()
@@ -107,7 +113,8 @@ def test_half_frames_are_left_out_and_counted():
         assert camera.skipped >= 10
 
 
-def test_a_source_of_half_frames_is_told():
+def test_a_source_of_half_frames_is_told(monkeypatch):
+    monkeypatch.setattr(video_source, "_TIMEOUT_MS", 500)
     body = jpeg(PICTURES[0])
     with (
         mjpeg_server(lambda number: body[:-300]) as server,
@@ -159,6 +166,28 @@ def test_attempts_become_rarer_and_are_told_once(monkeypatch):
         gaps_s = [after - before for before, after in itertools.pairwise(attempts[1:])]
         assert all(gap >= wait for gap, wait in zip(gaps_s, (*waits_s[1:], *waits_s[-1:] * 3), strict=False))
         assert told == ["no more frames: opening it again", "gone"]
+
+
+def test_the_first_opening_is_patient_with_what_is_slow_and_not_with_a_refusal(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(video_camera, "time", clock)
+    attempts = []
+
+    def slowly(took_s=2.0, least=9):
+        attempts.append(took_s)
+        clock.now_s += took_s
+        if len(attempts) < least:
+            raise CameraError("no frame")
+        return VideoSource(server.address)
+
+    with mjpeg_server() as server:
+        VideoCamera(lambda: slowly(least=2)).open()
+        assert len(attempts) == 2
+        for took_s, count in ((2.0, 2), (0.1, 1)):
+            attempts.clear()
+            with pytest.raises(CameraError, match="no frame"):
+                VideoCamera(lambda: slowly(took_s)).open()  # noqa: B023 (called at once)
+            assert len(attempts) == count
 
 
 def test_a_device_that_is_none():

@@ -28,7 +28,7 @@ import numpy as np
 from larics import settings as setting_rules
 from larics_host.api.items import Item, Measurement, Pose, item_of
 from larics_host.connection.byte_sources import ConnectionLost, ReconnectingSource
-from larics_host.connection.client import Client
+from larics_host.connection.client import PATIENT, Client
 from larics_host.connection.frame_times import FrameTimes
 from larics_host.connection.lines import is_address, open_line
 from larics_host.connection.receiver import message_of
@@ -118,7 +118,7 @@ class Camera:
                 if self._reconnect:
                     self._source = ReconnectingSource(self._source, _LOG.warning)
             self._start_s = self._heard_s = time.monotonic()
-            self._client = Client(self._source, self._arrived)
+            self._client = Client(self._source, self._arrived, retries=PATIENT)
         return self
 
     def close(self) -> None:
@@ -185,8 +185,9 @@ class Camera:
                     return bool(self._items)
                 client.decoder.feed(data, len(data))
                 return True
+            now_s = time.monotonic()  # before reading: what came while this program stood still counts
             client.poll()
-            silent_s = time.monotonic() - max(since_s, self._heard_s)
+            silent_s = now_s - max(since_s, self._heard_s)
             if not self._items and self._timeout_s is not None and silent_s >= self._timeout_s:
                 raise CameraError(
                     "no message from %s for %g s; %s" % (self.name, self._timeout_s, self._why_silent())

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from larics_host.connection.receiver import Message
 
 _ANSWER_S = 0.5
-_TRIES = 6
+_TRIES = 12
 _STALL_S = 2.0  # of a raw frame, before the pixels that are missing are asked for again
 
 

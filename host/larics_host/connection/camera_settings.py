@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from larics import settings as setting_rules
 from larics_host import files
 from larics_host.connection.byte_sources import ConnectionLost
-from larics_host.connection.client import Client
+from larics_host.connection.client import PATIENT, Client
 from larics_host.connection.lines import open_line
 from larics_host.errors import UserError
 from larics_host.progress import watched
@@ -29,7 +29,7 @@ def connected(
     """A Client of the camera at a serial port or address. One that vanishes becomes a UserError."""
     source = open_line(port, baud, timeout_s=0.02)
     try:
-        yield Client(source, on_message)
+        yield Client(source, on_message, retries=PATIENT)
     except ConnectionLost as error:
         raise UserError(str(error)) from None
     finally:

@@ -24,6 +24,7 @@ from larics_host.connection.raw_frame import RawAssembly, RawFrame
 from larics_host.connection.records import Ack, Info, Setting, record_of
 from larics_host.errors import UserError
 
+PATIENT = 12  # tries of commands for people: a camera, or this computer, may stand still for seconds
 _ANSWERS = (m.ACK, m.NACK, m.INFO, m.SETTING, m.RAW_HEADER, m.RAW_CHUNK)
 
 if TYPE_CHECKING:
@@ -161,9 +162,9 @@ class Client:
         last = asked = self._clock()
         boot = self._boot
         while known < raw.size:
+            now = self._clock()
             self.poll()
             self._check_boot(boot)
-            now = self._clock()
             if raw.received != known:
                 known = raw.received
                 last = asked = now
@@ -206,7 +207,9 @@ class Client:
                 # the leading 0 ends whatever noise the camera may have taken for a frame's beginning
                 self._stream.write(b"\0" + bytes(self._encoder.buffer[:size]))
                 end = self._clock() + (timeout_s or self._timeout_s)
-                while self._clock() < end:
+                is_over = False
+                while not is_over:
+                    is_over = self._clock() >= end  # what came while this program stood still counts, too
                     self.poll()
                     if command != m.RESTART:
                         self._check_boot(boot)

@@ -11,7 +11,7 @@ import termios
 import time
 import tty
 
-_SETTLE_S = 0.3  # a reader sets up the port, and drops what is in it, right after opening it
+_SETTLE_S = 2.0  # a reader sets up the port, and most drop what is in it, right after opening it
 _POLL_S = 0.02
 _EMPTY_READINGS = 5  # what was just written reaches the reader's side a little later
 
@@ -31,11 +31,22 @@ class PtyPort:
         return not any(event & select.POLLHUP for _, event in self._poll.poll(0))
 
     def wait_for_reader(self) -> None:
+        """Returns when the reader has dropped what was in the port, as pyserial does at last when it opens
+        one; after a while for those that do not."""
+        fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", 1))  # the terminal tells of that
         while not self.has_reader():
             time.sleep(_POLL_S)
         with self._other_end() as slave:
-            tty.setraw(slave)
-        time.sleep(_SETTLE_S)
+            tty.setraw(slave, termios.TCSANOW)  # which drops nothing itself
+        end_s = time.monotonic() + _SETTLE_S
+        while time.monotonic() < end_s and not self._was_flushed():
+            time.sleep(_POLL_S)
+        fcntl.ioctl(self._master, termios.TIOCPKT, struct.pack("i", 0))
+
+    def _was_flushed(self):
+        """Whether the other side dropped what waited for it, since this was asked last."""
+        told = self.read()
+        return len(told) == 1 and told[0] & termios.TIOCPKT_FLUSHREAD
 
     @contextlib.contextmanager
     def _other_end(self):

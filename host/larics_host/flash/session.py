@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import io
 import os
+import struct
 import tempfile
 import time
 from types import SimpleNamespace
@@ -19,7 +20,8 @@ from larics_host.errors import UserError
 
 _CHUNK = 512
 _RECONNECT_S = 25  # a running watchdog restarts the board into safe mode
-_TROUBLE = (TransportError, OSError, EOFError)
+_ANSWER_S = 10  # of a board that answered once, also while it erases flash
+_TROUBLE = (TransportError, OSError, EOFError, struct.error)  # the last: half of an answer
 
 
 class SessionError(UserError):
@@ -63,6 +65,7 @@ class Session:
             self._link.enter_raw_repl(soft_reset=False, timeout_overall=3)
             if self._link.exec("print(6 * 7)").strip() != b"42":
                 raise TransportError("unexpected answer")
+        self._link.serial.timeout = _ANSWER_S
 
     def close(self) -> None:
         if self._link is not None:

@@ -15,7 +15,8 @@ from larics_host.errors import UserError
 from larics_host.images.frame_sources import EXTENSIONS
 
 _SCHEMES = ("http://", "https://", "rtsp://", "rtsps://")
-_TIMEOUT_MS = 3000
+_OPEN_MS = 10000
+_TIMEOUT_MS = 5000  # without a frame
 
 
 def is_live(text: str) -> bool:
@@ -73,7 +74,7 @@ def live_frames(name: str, stopped: Callable[[], bool] = lambda: False) -> Itera
             raise UserError("there is no %s: is the camera plugged in?" % name)
         capture = cv2.VideoCapture(name, cv2.CAP_V4L2)
     else:
-        limits = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, _TIMEOUT_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, _TIMEOUT_MS]
+        limits = [cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, _OPEN_MS, cv2.CAP_PROP_READ_TIMEOUT_MSEC, _TIMEOUT_MS]
         capture = cv2.VideoCapture(name, cv2.CAP_FFMPEG, limits)
     if not capture.isOpened():
         why = "busy, or no camera" if name.startswith("/dev/") else "nobody answers there, or no video"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from larics.device.sensor import EVERY_PART
 from larics.settings import FIELDS
 from larics_host.connection.byte_sources import ConnectionLost
-from larics_host.connection.client import Client, NoAnswer
+from larics_host.connection.client import PATIENT, Client, NoAnswer
 from larics_host.connection.receiver import message_of
 from larics_host.errors import UserError
 
@@ -34,6 +34,18 @@ class RawPicture:
         self.version = 0
 
 
+class _UntilStopped:
+    """The source, which ends when it is to stop: a camera that does not answer is waited for no longer."""
+
+    def __init__(self, source, stop):
+        self._source, self._stop = source, stop
+        self.write = getattr(source, "write", None)
+        self.baud = getattr(source, "baud", 0)
+
+    def read(self):
+        return None if self._stop.is_set() else self._source.read()
+
+
 class Session:
     """Feeds `state`; use `lock` around reading it. `ended` tells why nothing comes any more, else None;
     `failed` whether that is an error.
@@ -49,10 +61,10 @@ class Session:
         self.ended = None
         self.failed = False
         self._source = source
-        self._client = Client(source, self._on_message)
+        self._stop = threading.Event()
+        self._client = Client(_UntilStopped(source, self._stop), self._on_message, retries=PATIENT)
         self._start_s = time.monotonic()
         self._wanted = threading.Event()
-        self._stop = threading.Event()
         self._has_map = bool(state.landmarks)
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -87,6 +99,8 @@ class Session:
                     self._wanted.clear()
                     self._fetch()
         except (ConnectionLost, UserError) as error:
+            if self._stop.is_set():
+                return
             at_end = isinstance(error, NoAnswer) and not self.live
             self.failed = not at_end
             self.ended = "the log is at its end" if at_end else str(error)
