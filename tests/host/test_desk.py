@@ -11,6 +11,7 @@ import pytest
 from larics_host import cli
 from larics_host.connection.camera_settings import connected
 from larics_host.connection.client import NoAnswer
+from larics_host.drive import desk as drive_desk
 from larics_host.drive import tour
 from larics_host.images.frame_sources import open_frames
 from tests.host.plain_marker import plain_frame
@@ -66,6 +67,15 @@ def test_what_it_saved_counts_after_a_restart_and_a_new_start(frames, tmp_path):
     assert not (tmp_path / "camera").exists()
     with desk(frames) as name, connected(name) as camera:
         wait_until(lambda: has_radius(camera, 24))
+
+
+@pytest.mark.parametrize("number, is_kept", [(os.getpid(), False), (os.getpid() + 1, True)])
+def test_the_number_of_its_process_goes_with_it(frames, tmp_path, monkeypatch, number, is_kept):
+    """In this process, which is told to end once it has begun."""
+    (tmp_path / "camera.pid").write_text("%d\n" % number)
+    monkeypatch.setattr(drive_desk, "_relay", lambda *_: None)
+    assert cli.main(["simulate", "--desk", str(frames), "--link", str(tmp_path / "camera")]) == 0
+    assert not (tmp_path / "camera").is_symlink() and (tmp_path / "camera.pid").exists() is is_kept
 
 
 @pytest.mark.parametrize(

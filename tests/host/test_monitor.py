@@ -130,6 +130,46 @@ def test_what_a_status_told_is_unknown_when_it_stops_while_markers_go_on():
     assert state.faults() == ["camera dark"]
 
 
+def test_nothing_stands_when_all_messages_stop():
+    told = [
+        (m.MARKER, marker_values(1, 3)),
+        (m.STATUS, status_values(state=m.TRACKING)),
+        (m.POSE, pose_values(1)),
+    ]
+    state = fed(*told, step_s=1.0)
+    state.pass_time(5.0)
+    assert state.state == "TRACKING" and state.markers and state.pose["x_mm"] == 1000.0
+    for _ in range(2):
+        state.pass_time(5.1)
+        shot = state.snapshot()
+        assert shot["silent"] and shot["state"] is shot["status"] is shot["frame"] is shot["rate_hz"] is None
+        assert shot["markers"] == shot["faults"] == [] and set(shot["pose"].values()) == {None}
+        said = [text for _, text in shot["events"] if "unknown" in text]
+        assert said == ["nothing received for 3 s: state, markers and pose are unknown"]
+    text = text_of(state)
+    assert "SILENT" in text and "TRACKING  larics" not in text and "x -  y - mm" in text
+    receiver = Receiver()
+    for found in receiver.feed(wire((m.MARKER, marker_values(2, 3))), 60.0):
+        state.add(found, receiver.counters)
+    assert state.markers and not state.is_silent and state.state is None
+
+
+def test_what_stops_while_other_messages_go_on_is_unknown():
+    status = (m.STATUS, status_values(state=m.LOST))
+    state = fed((m.MARKER, marker_values(1, 3)), *[status] * 6, step_s=1.0)
+    assert state.markers == [] and state.frame is None and state.state == "LOST"
+    assert any(text == "no MARKER for 5 s: what is in sight is unknown" for _, text in state.events)
+    frames = [(m.MARKER, marker_values(1, 3)), status, status, (m.MARKER, marker_values(2, 3))]
+    for seconds, is_known in ((9, True), (10, False)):  # a frame in three seconds
+        assert bool(fed(*frames, *[status] * seconds, step_s=1.0).markers) is is_known
+    markers = [(m.MARKER, marker_values(k, 3)) for k in range(2, 8)]
+    state = fed((m.MARKER, marker_values(1, 3)), (m.POSE, pose_values(1)), *markers[:5], step_s=1.0)
+    assert state.pose["x_mm"] == 1000.0 and state.state == "TRACKING"
+    state = fed((m.MARKER, marker_values(1, 3)), (m.POSE, pose_values(1)), *markers, step_s=1.0)
+    assert state.pose["x_mm"] is None and state.state is None
+    assert any(text == "no POSE for 5 s: the pose is unknown" for _, text in state.events)
+
+
 @pytest.mark.parametrize(
     "width, height", [(110, 50), (100, 24), (80, 24), (60, 50), (40, 40), (40, 24), (30, 60)]
 )
@@ -307,10 +347,13 @@ def test_the_server_is_for_this_computer_only(log):
         assert snapshot["frames"] == 5 and snapshot["state"] == "TRACKING" and not snapshot["live"]
 
 
-def test_a_log_without_a_terminal(log, capsys):
+def test_a_log_without_a_terminal(log, capsys, monkeypatch):
     assert cli.main(["monitor", "--input", str(log), "--speed", "0"]) == 0
     printed = capsys.readouterr().out
     assert "ID 3" in printed and "6 messages, 0 lost" in printed and "the log is at its end" in printed
+    monkeypatch.setenv("COLUMNS", "40")
+    assert cli.main(["monitor", "--input", str(log), "--speed", "0"]) == 0
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 40
 
 
 def test_a_live_port_without_a_terminal(tmp_path, monkeypatch, capsys):

@@ -18,6 +18,7 @@ larics monitor --input run.jsonl --speed 2
 """
 
 _REFRESH_S = 0.1
+_LINES = 100  # of what is not a terminal
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -117,7 +118,8 @@ def _conclude(session):
         from larics_host.consoles import Console
         from larics_host.monitor.terminal import render
 
-        Console(width=110).print(render(session.state, session.ended))
+        console = Console()
+        console.print(render(session.state, session.ended, (console.width, _LINES)))
     if session.failed:
         raise UserError(session.ended)
     return 0

@@ -19,6 +19,7 @@ from larics import settings as setting_rules
 from larics.wire import codec as protocol
 from larics.wire import messages as m
 from larics_host import wire_names as codes
+from larics_host.connection.decoder import Decoder
 from larics_host.connection.line_watch import LineWatch
 from larics_host.connection.raw_frame import RawAssembly, RawFrame
 from larics_host.connection.records import Ack, Info, Setting, record_of
@@ -62,7 +63,7 @@ class Client:
         retries: int = 6,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.decoder = protocol.Decoder(self._arrived)
+        self.decoder = Decoder(self._arrived)
         self.watch = LineWatch()
         self._stream = stream
         self._on_message = on_message

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from larics.wire import codec as protocol
 from larics.wire import messages
 from larics_host import wire_names as codes
+from larics_host.connection.decoder import Decoder
 from larics_host.connection.records import record_of
 
 if TYPE_CHECKING:
@@ -64,26 +65,12 @@ def message_of(number: int, sequence: int, values: Sequence[Any], time_s: float)
     return Message(protocol.name(number), sequence, record_of(number, values), time_s)
 
 
-class _Status(NamedTuple):
-    """What a STATUS told, and what the decoder had counted then."""
-
-    boot: int
-    uptime_s: int
-    sequence: int
-    gaps: int
-    restarts: int
-
-
 class Receiver:
     """Feeds a Decoder and hands out what it found; `counters` are the decoder's, `message_bytes` counts those
-    of all messages.
-
-    A STATUS whose uptime goes back within a boot tells that a recording begins anew, as where logs are
-    joined: what is missing since the STATUS before is then a restart and no loss."""
+    of all messages."""
 
     def __init__(self) -> None:
-        self._status: _Status | None = None
-        self._decoder = protocol.Decoder(self._on_message)
+        self._decoder = Decoder(self._on_message)
         self._found: list[Message] = []
         self._time_s = 0.0
         self.message_bytes = 0
@@ -93,18 +80,8 @@ class Receiver:
         return self._decoder.counters
 
     def _on_message(self, number, sequence, values):
-        if number == messages.STATUS:
-            self._hear_status(record_of(number, values), sequence)
         self.message_bytes += protocol.frame_size(number)
         self._found.append(message_of(number, sequence, values, self._time_s))
-
-    def _hear_status(self, fields, sequence):
-        counters, before = self.counters, self._status
-        if before and before.boot == fields.boot and fields.uptime_s < before.uptime_s:
-            if (before.sequence - sequence) & 0xFFFF < protocol.LATE:
-                return  # it was overtaken
-            counters.gaps, counters.restarts = before.gaps, (before.restarts + 1) & messages.COUNT_MAX
-        self._status = _Status(fields.boot, fields.uptime_s, sequence, counters.gaps, counters.restarts)
 
     def feed(self, data: bytes, time_s: float) -> list[Message]:
         """The messages that `data` completes, in order."""

@@ -7,6 +7,7 @@ keeps in the folder of the frames, and a restart starts it again with that.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import select
 import signal
@@ -138,8 +139,21 @@ def run_desk(args: argparse.Namespace) -> int:
     finally:
         if link:
             link.unlink(missing_ok=True)
+            _forget_process(link)
         port.close()
     return 0
+
+
+def _process_file(link):
+    return link.with_name(link.name + ".pid")
+
+
+def _forget_process(link):
+    """A number that is left behind may be another process' one day."""
+    kept = _process_file(link)
+    with contextlib.suppress(OSError):
+        if kept.read_text(encoding="utf-8").strip() == str(os.getpid()):
+            kept.unlink()
 
 
 def _relay(camera, port, stopped, name):
@@ -184,6 +198,6 @@ def _detach(args):
         text = said.read_text(encoding="utf-8").strip() or "no message"
         said.unlink()
         raise UserError(text.splitlines()[-1].removeprefix("larics: "))
-    link.with_name(link.name + ".pid").write_text("%d\n" % process.pid)
+    _process_file(link).write_text("%d\n" % process.pid)
     print("%s: open this as the camera's port; kill $(cat %s.pid) ends it" % (link, link))
     return 0

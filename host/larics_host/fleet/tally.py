@@ -217,7 +217,7 @@ class _Reader:
         elif self._status["boot"] != fields["boot"]:
             tally.boots += 1
         else:
-            if fields["uptime_s"] < self._status["uptime_s"]:  # as Receiver has it
+            if fields["uptime_s"] < self._status["uptime_s"]:  # as connection.decoder has it
                 tally.lost = self._status_lost
             for name in _SUMS:
                 tally.sums[name] += max(0, fields[name] - self._status[name])

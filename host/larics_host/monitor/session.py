@@ -84,10 +84,13 @@ class Session:
         return True
 
     def _on_message(self, number, sequence, values):
-        time_s = self._source.time_s if not self.live else time.monotonic() - self._start_s
+        time_s = self._source.time_s if not self.live else self._passed_s()
         message = message_of(number, sequence, values, time_s)
         with self.lock:
             self.state.add(message, self._client.decoder.counters)
+
+    def _passed_s(self):
+        return time.monotonic() - self._start_s
 
     def _run(self):
         try:
@@ -95,6 +98,9 @@ class Session:
                 self._ask()
             while not self._stop.is_set():
                 self._client.poll()
+                if self.live:
+                    with self.lock:
+                        self.state.pass_time(self._passed_s())
                 if self._wanted.is_set():
                     self._wanted.clear()
                     self._fetch()

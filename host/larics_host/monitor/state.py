@@ -21,12 +21,16 @@ if TYPE_CHECKING:
 _POINTS = 4000
 _RATE_S = 2.0
 _STATUS_S = 5.0  # without STATUS, which comes each second: what it told is no longer known
+_SILENT_S = 3.0  # without any message: nothing is known any more
+_STALE_S = 5.0  # the same of measurements that stop while STATUS goes on
+_STALE_STEPS = 3  # or so many times what lay between the last two, with a large rate_divider
 _EVENTS = 40
 _LANDMARK_SHIFT_MM = 1.0
 
 
 class MonitorState:
-    """Feed it with `add(message, counters)`; `snapshot` gives all of it as a JSON-able dict.
+    """Feed it with `add(message, counters)`, and with `pass_time` while nothing comes; `snapshot` gives all
+    as a JSON-able dict. What was told stands for seconds, then it is unknown.
 
     map_rows: rows of the setting `map`, for the places of markers not yet seen.
     Points and trail are numbered, so that whoever has shown some asks only for the rest.
@@ -39,6 +43,7 @@ class MonitorState:
         self.frame = None
         self.frames = 0
         self.now_s = 0.0
+        self.is_silent = False
         # (number, time s, x mm, y mm, heading deg, ID), None: no marker
         self.points: deque[tuple[Any, ...]] = deque(maxlen=_POINTS)
         self.trail: deque[tuple[Any, ...]] = deque(maxlen=_POINTS)  # (number, x mm, y mm, heading deg, state)
@@ -51,6 +56,8 @@ class MonitorState:
         self._fault_count = None
         self._status_s = 0.0
         self._state = None
+        self._heard_s = self._state_s = self._frame_s = self._frame_step_s = self._pose_s = 0.0
+        self._pose_frames = 0  # received up to the last POSE
         self._doubts = Doubts()
         self._sources = SourceWatch()
         self.set_map(map_rows)
@@ -64,14 +71,48 @@ class MonitorState:
 
     def add(self, message: Message, counters: Any) -> None:
         """Takes a receiver.Message in; counters of the decoder it came from."""
-        self.now_s = message.time_s
+        self.pass_time(message.time_s)
+        self.is_silent, self._heard_s = False, message.time_s
         self.counters = counters
-        if self.status and self.now_s - self._status_s > _STATUS_S:
-            self.status = None
-            self.events.append((self.now_s, "no STATUS for %.0f s: faults and rates are unknown" % _STATUS_S))
         handler = getattr(self, "_add_" + message.name.lower(), None)
         if handler:
             handler(message.fields, message.time_s)
+
+    def pass_time(self, now_s: float) -> None:
+        """Forgets what is too old by this time of the messages' clock."""
+        self.now_s = now_s
+        if self.is_silent:
+            return
+        if now_s - self._heard_s > _SILENT_S and self.counters is not None:
+            self.is_silent = True
+            self.status = self._state = None
+            self._forget_frame()
+            self._forget_pose()
+            self._tell_unknown("nothing received", _SILENT_S, "state, markers and pose are")
+            return
+        if self.status and now_s - self._status_s > _STATUS_S:
+            self.status = None
+            self._tell_unknown("no STATUS", _STATUS_S, "faults and rates are")
+        if self._state and now_s - self._state_s > _STATUS_S:
+            self._state = None
+        stale_s = max(_STALE_S, _STALE_STEPS * self._frame_step_s)
+        if self.frame is not None and now_s - self._frame_s > stale_s:
+            self._forget_frame()
+            self._tell_unknown("no MARKER", stale_s, "what is in sight is")
+        if self.pose and now_s - self._pose_s > stale_s and self.frames - self._pose_frames > _STALE_STEPS:
+            self._forget_pose()
+            self._tell_unknown("no POSE", stale_s, "the pose is")
+
+    def _tell_unknown(self, what, seconds, unknown):
+        self.events.append((self.now_s, "%s for %.0f s: %s unknown" % (what, seconds, unknown)))
+
+    def _forget_frame(self):
+        self.frame, self.markers = None, []
+        self._arrivals.clear()
+
+    def _forget_pose(self):
+        if self.pose:
+            self.pose = dict.fromkeys(self.pose)
 
     def _add_info(self, fields, time_s):
         told = self._sources.info(fields.unique_id.hex())
@@ -83,7 +124,8 @@ class MonitorState:
 
     def _add_marker(self, fields, time_s):
         if fields.frame != self.frame:
-            self.frame = fields.frame
+            self._frame_step_s = time_s - self._frame_s if self.frame is not None else 0.0
+            self.frame, self._frame_s = fields.frame, time_s
             self.frames += 1
             self.markers = []
             self._arrivals.append(time_s)
@@ -110,6 +152,7 @@ class MonitorState:
 
     def _add_pose(self, fields, time_s):
         told = as_json(fields)
+        self._pose_s, self._pose_frames = time_s, self.frames
         self.pose = {
             "state": STATES[fields.state],
             "x_mm": scaled(told["x_mm10"], 10),
@@ -165,13 +208,15 @@ class MonitorState:
         self._fault_count = fields.faults
 
     def _note_state(self, state, time_s):
+        self._state_s = time_s
         if state != self._state:
             self.events.append((time_s, state))
             self._state = state
 
     @property
     def state(self) -> str | None:
-        """TRACKING, COASTING or LOST, by the newest message that tells; None before."""
+        """TRACKING, COASTING or LOST, by the newest message that tells; None before, and when none tells it
+        any more."""
         return self._state
 
     def rate_hz(self) -> float | None:
@@ -192,6 +237,7 @@ class MonitorState:
             "source": self.source,
             "time_s": round(self.now_s, 3),
             "state": self.state,
+            "silent": self.is_silent,
             "info": as_json(self.info) if self.info else None,
             "status": as_json(self.status) if self.status else None,
             "pose": self.pose,

@@ -47,7 +47,8 @@ def _grid(rows):
 def _marker_rows(state):
     marker = state.markers[0] if state.markers else None
     if marker is None:
-        yield "marker", "none in sight" if state.frame is not None else "nothing received yet"
+        never = "unknown" if state.frames else "nothing received yet"
+        yield "marker", "none in sight" if state.frame is not None else never
         return
     more = " and %d more" % (len(state.markers) - 1) if len(state.markers) > 1 else ""
     yield "marker", ("ID ?" if marker["id"] is None else "ID %d" % marker["id"]) + more
@@ -141,7 +142,8 @@ def render(state: MonitorState, ended: str | None = None, size: tuple[int, int] 
     shrinks, and the last events are fewer."""
     width, height = size
     label = Text(
-        " %s " % (state.state or "WAITING"), style=_COLOURS.get(state.state or "", "bold white on blue")
+        " %s " % (state.state or ("SILENT" if state.is_silent else "WAITING")),
+        style=_COLOURS.get(state.state or "", "bold white on blue"),
     )
     title = Text.assemble(label, "  larics monitor  ", (state.source, "dim"))
     info = state.info
