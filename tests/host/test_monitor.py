@@ -21,7 +21,7 @@ from larics_host.commands import monitor
 from larics_host.connection.byte_sources import SerialSource
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
-from larics_host.logs.log_reader import LogSource
+from larics_host.logs.log_source import LogSource
 from larics_host.monitor.drawing import Canvas, draw_view
 from larics_host.monitor.session import Session
 from larics_host.monitor.state import MonitorState

@@ -21,7 +21,8 @@ from larics_host.connection import byte_sources
 from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver, wire_bytes
 from larics_host.connection.records import as_json
-from larics_host.logs.log_reader import Pacer, Piece, read_pieces
+from larics_host.logs.log_reader import Piece, read_pieces
+from larics_host.logs.log_source import Pacer
 from tests.host.test_dual import ROOT
 from tests.host.test_log import (
     info_values,
@@ -121,7 +122,7 @@ def test_every_message_goes_to_json_and_back(data):
 
 def test_the_original_pace(log, monkeypatch):
     clock = Clock()
-    monkeypatch.setattr("larics_host.logs.log_reader.time", clock)
+    monkeypatch.setattr("larics_host.logs.log_source.time", clock)
     lines = log.with_suffix(".jsonl").read_text().splitlines()
     records = [dict(json.loads(line), time_s=5 + 0.03 * k) for k, line in enumerate(lines)]
     log.with_suffix(".jsonl").write_text("".join(json.dumps(record) + "\n" for record in records))

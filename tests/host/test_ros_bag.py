@@ -13,7 +13,8 @@ from larics.wire import messages as m
 from larics_host import cli
 from larics_host.connection.asker import Asker
 from larics_host.connection.receiver import Receiver, message_of
-from larics_host.logs.log_reader import read_objects, read_pieces
+from larics_host.logs.log_reader import read_pieces
+from larics_host.logs.log_records import read_objects
 from larics_host.ros.definitions import STRUCTS, ros_name
 from larics_host.ros.type_hash import type_hash
 from tests.host.test_dual import ROOT

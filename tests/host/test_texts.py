@@ -11,7 +11,8 @@ from larics_host.connection.receiver import Receiver
 from larics_host.connection.records import Marker, known
 from larics_host.errors import UserError, begin_run
 from larics_host.logs.columns import read_columns
-from larics_host.logs.log_reader import read_objects, read_pieces
+from larics_host.logs.log_reader import read_pieces
+from larics_host.logs.log_records import read_objects
 from larics_host.mapping.mapfile import read_csv
 from larics_host.truth import COLUMNS, read_truth
 from larics_host.validation.sources import read_log

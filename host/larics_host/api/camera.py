@@ -33,7 +33,8 @@ from larics_host.connection.frame_times import FrameTimes
 from larics_host.connection.lines import is_address, open_line
 from larics_host.connection.receiver import message_of
 from larics_host.errors import UserError
-from larics_host.logs.log_reader import LogSource, read_pieces, start_of
+from larics_host.logs.log_reader import read_pieces, start_of
+from larics_host.logs.log_source import LogSource
 from larics_host.wording import counted
 
 if TYPE_CHECKING:

@@ -131,7 +131,8 @@ def _converted(args, ros):
     from larics_host.commands.record import MESSAGES, SETTINGS
     from larics_host.connection.camera_settings import read_file
     from larics_host.images.frame_folder import number_of
-    from larics_host.logs.log_reader import LogSource, read_pieces, start_of
+    from larics_host.logs.log_reader import read_pieces, start_of
+    from larics_host.logs.log_source import LogSource
 
     path, pictures = Path(args.convert), {}
     if path.is_dir():

@@ -42,7 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from larics_host.connection.byte_sources import stop_on_signals
     from larics_host.connection.lines import open_line
-    from larics_host.logs.log_reader import LogSource, read_pieces
+    from larics_host.logs.log_reader import read_pieces
+    from larics_host.logs.log_source import LogSource
     from larics_host.monitor.session import Session
     from larics_host.monitor.state import MonitorState
 

@@ -59,7 +59,7 @@ def _from_stream(args):
     from larics_host.files import read_bytes, write_file
     from larics_host.images.frame_folder import frame_name, keeping, make_folder, write_frame
     from larics_host.images.frame_sources import open_frames
-    from larics_host.logs.log_reader import read_objects
+    from larics_host.logs.log_records import read_objects
     from larics_host.progress import watched
 
     frames = open_frames([args.input])

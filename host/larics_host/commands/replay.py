@@ -94,7 +94,8 @@ def _target(args):
 
 
 def run(args: argparse.Namespace) -> int:
-    from larics_host.logs.log_reader import Pacer, read_pieces
+    from larics_host.logs.log_reader import read_pieces
+    from larics_host.logs.log_source import Pacer
 
     if not args.speed > 0:
         raise UserError("--speed %g: give a number above 0, or --fast" % args.speed)

@@ -98,7 +98,8 @@ def _check(args):
 def _source(args) -> Any:
     from larics_host.connection.byte_sources import ReconnectingSource
     from larics_host.connection.lines import open_line
-    from larics_host.logs.log_reader import LogSource, read_pieces
+    from larics_host.logs.log_reader import read_pieces
+    from larics_host.logs.log_source import LogSource
 
     if args.input:
         next(read_pieces(args.input))  # what cannot be read is told before anything is published

@@ -14,7 +14,7 @@ from larics_host.fleet.sources import Block, Source, local_copy
 from larics_host.fleet.tally import Tally, Told, Work, read_block
 from larics_host.images.frame_folder import number_of
 from larics_host.images.frame_sources import open_frames
-from larics_host.logs.log_reader import read_objects
+from larics_host.logs.log_records import read_objects
 from larics_host.validation.board import begin
 from larics_host.validation.sources import base_name
 

@@ -22,7 +22,8 @@ from larics_host.errors import UserError, withheld
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, lines, local_copy
 from larics_host.fleet.track import Landmark, Off, Track
-from larics_host.logs.log_reader import possible_sequence, possible_time, read_pieces
+from larics_host.logs.log_lines import possible_sequence, possible_time
+from larics_host.logs.log_reader import read_pieces
 from larics_host.wording import counted
 
 _HEAD = re.compile(

@@ -19,7 +19,9 @@ from larics.wire.framing import LIMIT
 from larics_host import files
 from larics_host.connection.receiver import values_of
 from larics_host.errors import UserError
-from larics_host.logs.log_reader import Damage, kind_of, read_pieces, read_records, tell_cut
+from larics_host.logs.log_lines import Damage
+from larics_host.logs.log_reader import read_pieces, tell_cut
+from larics_host.logs.log_records import kind_of, read_records
 from larics_host.packed import opened
 
 if TYPE_CHECKING:

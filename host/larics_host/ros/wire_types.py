@@ -78,7 +78,7 @@ def to_ros(message: Message, stamp: dict[str, int]) -> dict[str, Any]:
 
 
 def from_ros(name: str, value: dict[str, Any]) -> dict[str, Any]:
-    """What `read_objects` of log_reader gives of a message, of a decoded one of the type `type_of(name)`; a
+    """What `read_objects` of log_records gives of a message, of a decoded one of the type `type_of(name)`; a
     field that it does not have is left out. KeyError or ValueError when it is none."""
     number = next(number for known, number, _, _ in protocol.MESSAGES if known == name)
     record = {"message": name, "time_s": value["time_s"], "sequence": value["sequence"]}

@@ -16,7 +16,7 @@ from larics_host.connection.records import Marker, as_json, record_of
 from larics_host.errors import UserError
 from larics_host.images.frame_folder import number_of
 from larics_host.images.frame_sources import open_frames
-from larics_host.logs.log_reader import read_objects
+from larics_host.logs.log_records import read_objects
 from larics_host.progress import watched
 from larics_host.validation.sources import base_name
 from larics_host.wording import counted
