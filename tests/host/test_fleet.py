@@ -19,10 +19,11 @@ from larics_host.connection.receiver import Message
 from larics_host.connection.records import Ack, Marker, Status
 from larics_host.errors import UserError
 from larics_host.fleet import engine, sources
-from larics_host.fleet.findings import examine, trend
+from larics_host.fleet.findings import examine
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, Source, blocks, lines, list_logs
 from larics_host.fleet.tally import Work, read_block, vehicles
+from larics_host.fleet.trends import trend
 from larics_host.images.frame_folder import frame_name
 from larics_host.logs.log_writer import json_line
 from larics_host.truth import by_frame, read_truth
