@@ -84,8 +84,9 @@ def polar_samples(
         dy += bend_y * (first + first + 1)
         bend_x += bend_x
         bend_y += bend_y
+        bends = bend_x | bend_y
         end = slot + count
-        while slot < end:
+        while slot - end:
             position = (y >> 16) * width + (x >> 16)
             fraction = (x >> 8) & 255
             value = int(image[position])
@@ -97,8 +98,9 @@ def polar_samples(
             slot += 1
             x += dx
             y += dy
-            dx += bend_x
-            dy += bend_y
+            if bends:
+                dx += bend_x
+                dy += bend_y
         k += 1
     return 1
 
@@ -144,7 +146,7 @@ def circle_samples(
         dx = dx * pitch >> 6
         dy = dy * pitch >> 6
         end = slot + count
-        while slot < end:
+        while slot - end:
             samples[slot] = int(image[(y >> 16) * width + (x >> 16)]) << 4
             x += dx
             y += dy
@@ -167,7 +169,7 @@ def mean_samples(
     while sector < sectors:
         whole = 0
         end = slot + count
-        while slot < end:
+        while slot - end:
             value = (int(samples[i]) + int(samples[i + apart])) >> 1
             means[slot] = value
             whole += value
@@ -181,7 +183,7 @@ def mean_samples(
         means[sectors * count + sector] = whole
         whole = 32768 - whole
         slot -= count
-        while slot < end:
+        while slot - end:
             means[slot] = int(means[slot]) + whole
             means[slot + 1] = int(means[slot + 1]) + whole
             slot += 2
@@ -212,7 +214,7 @@ def sector_radii(
         right = ((sector + 1) & 31) * count
         i = sector * count
         position = 0
-        while position < count:
+        while position - count:
             product = int(samples[left]) + int(samples[right]) + (int(samples[i]) << 1)
             profile[position] = product >> 2
             left += 1
@@ -268,7 +270,7 @@ def sector_radii(
                 total = 0
                 power = 0
                 i = 0
-                while i < 16:
+                while i - 16:
                     value = int(profile[position >> 8]) - offset
                     total += value
                     power += value * value

@@ -38,7 +38,7 @@ def ring_shifts(
         product = 0
         i = sector << 4
         end = i + 16
-        while i < end:
+        while i - end:
             value = int(means[i]) - 32768
             power += value * value
             product -= value * (int(templates[slot]) - 32768)
@@ -72,13 +72,11 @@ def ring_shifts(
             from_inner = 0
             slot -= 16
             i -= 16
-            while i < end:
+            while i - end:
                 value = int(means[i]) - 32768 + (amplitude * (int(templates[slot]) - 32768) >> 10)
                 value = (value << 10) // amplitude
-                if value > 1024:
-                    value = 1024
-                if value < 0 - 1024:
-                    value = 0 - 1024
+                if (value + 1024) >> 11:
+                    value = 1024 - ((value >> 31) & 2048)
                 from_outer += value * (int(templates[slot + 16]) - 32768)
                 from_inner += value * (int(templates[slot + 32]) - 32768)
                 slot += 1
@@ -168,22 +166,25 @@ def shift_harmonics(
                 difference = 0
                 if value > 0:
                     value = value - 1048576 - a0 - ((even + odd) >> 7)
-                    if value < limit and 0 - limit < value:
+                    whole = value
+                    if value >> 31:
+                        value = 0 - value
+                    if value < limit:
                         used += 1
-                        whole = value
-                        difference = value
-                        if value < 0:
-                            value = 0 - value
+                        difference = whole
                         deviation += value
+                    else:
+                        whole = 0
                 if other > 0:
                     other = other - 1048576 - a0 - ((even - odd) >> 7)
-                    if other < limit and 0 - limit < other:
+                    value = other
+                    if value >> 31:
+                        value = 0 - value
+                    if value < limit:
                         used += 1
                         whole += other
                         difference -= other
-                        if other < 0:
-                            other = 0 - other
-                        deviation += other
+                        deviation += value
                 s0 += whole
                 sa1 += difference * ca1
                 sb1 += difference * cb1
