@@ -10,6 +10,7 @@ from larics.wire import messages as m
 from larics_host.connection import records
 from tests.host.test_dual import ROOT, unix_port
 from tools import make_protocol
+from tools.protocol import python_text
 from wire_values import message_values
 
 
@@ -72,7 +73,7 @@ def test_indices_cost_a_board_nothing():
     for path, text in _board_modules():
         if path.is_relative_to(ROOT / "shared"):
             name = ".".join(path.relative_to(ROOT / "shared").with_suffix("").parts)
-            names += [(name, line.split(" ")[0]) for line in make_protocol.indices_used(text).splitlines()]
+            names += [(name, line.split(" ")[0]) for line in python_text.indices_used(text).splitlines()]
     assert len(names) > 60
     script = "\n".join("import %s as x\nassert not hasattr(x, %r), %r" % (n, i, i) for n, i in names)
     environment = {"MICROPYPATH": "shared:.frozen"}
@@ -103,7 +104,7 @@ def test_nobody_counts_fields():
 def test_records_are_the_table():
     for name, number, _, fields in m.MESSAGES:
         kind = records.RECORDS[number]
-        assert kind.__name__ == make_protocol.class_name(name)
+        assert kind.__name__ == python_text.class_name(name)
         assert kind._fields == tuple(field[0] for field in fields)
 
 

@@ -13,7 +13,7 @@ from larics.wire import messages as m
 from larics.wire.codec import Counters, Decoder, Encoder, fields
 from larics.wire.messages import COUNT_MAX, INFO, ODOMETRY, PING, STATUS
 from recorded import Stream, message
-from tools import make_protocol, vehicle_build
+from tools import vehicle_build
 from tools.vehicle_build import LIBRARY, ROOT, SANITIZE, build, corpus
 
 HERE = ROOT / "tests" / "vehicle"
@@ -99,7 +99,7 @@ def test_c_refuses_to_encode_what_python_refuses(programs):
         "I": (0, 2**32 - 1),
         "i": (-(2**31), 2**31 - 1),
     }
-    for _, number, _, message_fields in make_protocol.messages.MESSAGES:
+    for _, number, _, message_fields in m.MESSAGES:
         for place, (_, code, _, low, high, _) in enumerate(message_fields):
             for value in (low - 1, high + 1):
                 if code[-1] == "s" or not limits[code][0] <= value <= limits[code][1]:
