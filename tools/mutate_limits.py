@@ -26,6 +26,10 @@ from tools.check_rules import layouts_of  # noqa: E402
 LOCATE = ("test_locate_limits", "test_motion_limits", "test_pose", "test_navigator", "test_route")
 CARRIED = (
     "test_odometry_limits",
+    "test_vehicle_clock_limits",
+    "test_shares_limits",
+    "test_wheel_noise_limits",
+    "test_carried_limits",
     "test_odometry",
     "test_carried_pose",
     *LOCATE,

@@ -24,7 +24,7 @@ ELSEWHERE = {
     "robust": "tests/host/test_robust_centre.py",
     "crc": "tests/dual/test_protocol.py",
     "odometry": "tests/dual/test_odometry.py",
-    "covariance": "tests/dual/test_odometry_limits.py",
+    "covariance": "tests/dual/test_carried_limits.py",
     "rolling": "tests/host/test_rolling.py",
     "paper": "tests/host/test_paper.py",
     "raw": "tests/host/test_raw_frame.py",
