@@ -2,6 +2,7 @@
 
 from array import array
 
+from larics.arith.fixed import Parts
 from larics.blurred import blur_model, ring_fit
 from larics.blurred.blur_model import BlurModel
 from larics.blurred.ring_fit import LOST_FOR_GOOD, LOST_ON_THE_WAY, BlurredRings
@@ -14,7 +15,7 @@ class Told(BlurModel):
     """A blur model whose first blur has this score; no other is better."""
 
     def __init__(self, score, sigma=0):
-        super().__init__(LARICS3, 175)
+        super().__init__(LARICS3, 175, Parts())
         self.told, self.fits = score, sigma
         self.tried = []
 
@@ -81,7 +82,7 @@ def test_what_a_motion_must_explain():
     kept = blur_model.kernels
     try:
         for motion, score, is_better in ((0, 9000, 0), (0, 9001, 1), (1, 9096, 0), (1, 9097, 1)):
-            blur = BlurModel(LARICS3, 175)
+            blur = BlurModel(LARICS3, 175, Parts())
             blur.score = 9000
             blur_model.kernels = Matches(score)
             assert blur._try(4, motion, 8) == is_better, (motion, score)
@@ -109,7 +110,7 @@ class Shifts:
 
 
 def rings_of(kind=BlurredRings):
-    return kind(136, 128, BlurModel(LARICS3, 175), array("i", bytes(4 * 1400)))
+    return kind(136, 128, BlurModel(LARICS3, 175, Parts()), Parts())
 
 
 def stepped(shifts, radius_q8=7680, perspective=False, hx=0):

@@ -1,6 +1,6 @@
 """Limits of the blur-model reader beside its acceptance: which candidates it looks at, how often it fits."""
 
-from larics.arith.fixed import cos_q14
+from larics.arith.fixed import Parts, cos_q14
 from larics.blurred import uncertainty
 from larics.blurred.candidates import LOOKED, RADIUS_Q8, SCORE, Candidates
 from larics.blurred.places import READ, REJECTED, UNKNOWN, Places
@@ -191,7 +191,7 @@ def test_how_a_fit_is_lost():
         (8599, True, LOST_IN_NOISE),
         (8600, False, LOST_ON_THE_WAY),
     ):
-        rings = BlurredRings(136, 128, Blur(score, faint))
+        rings = BlurredRings(136, 128, Blur(score, faint), Parts())
         rings.start(68 << 10, 64 << 10, 20 << 8, 0, 0)
         assert not rings.fit(bytearray(136 * 128), 3, None)
         assert rings.lost == lost

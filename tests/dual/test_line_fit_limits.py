@@ -2,6 +2,7 @@
 
 from array import array
 
+from larics.arith.fixed import Parts
 from larics.blurred import line_fit
 from larics.blurred.blur_model import BlurModel
 from larics.blurred.line_fit import BlurredLines
@@ -84,7 +85,7 @@ def with_kernels(kernels, act, *arguments):
 
 
 def lines_of(kernels, radius_q8=7680):
-    return BlurredLines(LARICS3, BlurModel(LARICS3, 175)), Rings(radius_q8)
+    return BlurredLines(LARICS3, BlurModel(LARICS3, 175, Parts()), Parts()), Rings(radius_q8)
 
 
 def test_the_orientation_line_is_looked_for_all_around():

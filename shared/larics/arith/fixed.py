@@ -71,12 +71,27 @@ def words(count, name=None):
     return _kept[name] if size <= count else memoryview(_kept[name])[:count]
 
 
-def part16(idle, first, count):
-    """Scratch space of so many 16-bit items, for kernels alone: on a board a part of a buffer of words that
-    is idle meanwhile, from its item `first` on; without such a buffer, and on a PC, an array of its own."""
-    if idle is None or _kept is None:
-        return array("H", bytes(2 * count))
-    return memoryview(idle)[first : first + (count + 1 >> 1)]
+class Parts:
+    """Scratch space, for kernels alone: on a board parts of a buffer of words that is idle meanwhile, one
+    behind the other; without such a buffer, and on a PC, arrays of their own. `used`: words handed out."""
+
+    def __init__(self, idle=None):
+        self._idle = None if _kept is None else idle
+        self.used = 0
+
+    def of16(self, count):
+        """So many 16-bit items. MemoryError when the buffer has no more."""
+        return array("H", bytes(2 * count)) if self._idle is None else self.of32(count + 1 >> 1)
+
+    def of32(self, count):
+        """So many 32-bit items."""
+        if self._idle is None:
+            return array("i", bytes(4 * count))
+        first = self.used
+        self.used = first + count
+        if self.used > len(self._idle):
+            raise MemoryError
+        return memoryview(self._idle)[first : self.used]
 
 
 def forget_words():

@@ -55,15 +55,16 @@ class BlurModel:
     score           how well they match: sum over 16 sectors of at most 1024 each
     """
 
-    def __init__(self, family, line_mm10):
+    def __init__(self, family, line_mm10, parts):
+        """parts: fixed.Parts of words that nobody else looks at from `forget` on."""
         outer = family.outer_mm10
         self._line = line_mm10 * _UNITS * 256 // outer
         self.bars = array("H", bytes(2 * (_ALONG + _BAR)))
-        self.templates = array("H", bytes(2 * 48 * _RELS))
-        self.sums = array("i", bytes(4 * 8 * _RELS))
-        self._folds = array("H", bytes(2 * 10 * _SECTORS))
+        self.templates = parts.of16(48 * _RELS)
+        self.sums = parts.of32(8 * _RELS)
+        self._folds = parts.of16(10 * _SECTORS)
         self._powers = array("i", bytes(4 * _SECTORS))
-        self._matches = array("H", bytes(2 * _SECTORS * _RELS))
+        self._matches = parts.of16(_SECTORS * _RELS)
         self._result = array("i", bytes(4))
         self._tried = -1  # whose folded templates are there
         self._prepared = -1  # whose templates without motion are there, unless folded ones are
@@ -72,9 +73,12 @@ class BlurModel:
         self.motion_axis = _STILL
 
     def memory(self):
-        """Bytes of the buffers."""
-        words = len(self.bars) + len(self.templates) + len(self._folds) + len(self._matches)
-        return 2 * words + 4 * (len(self.sums) + len(self._powers) + 1)
+        """Bytes of the buffers but the scratch space."""
+        return 2 * len(self.bars) + 4 * (len(self._powers) + 1)
+
+    def forget(self):
+        """What was prepared may be gone."""
+        self._tried = self._prepared = -1
 
     def prepare(self, sigma, motion, first, step, templates=True):
         """Bars, and templates, of the rels first, first + step, ...; of rel 0 alone when nothing moves."""

@@ -57,7 +57,8 @@ class BlurredLines:
     residuals        array of 8: largest mean residual around each position, 1024 = as deep as the rings
     """
 
-    def __init__(self, family, blur):
+    def __init__(self, family, blur, parts):
+        """parts: as of BlurredRings."""
         outer = family.outer_mm10
 
         def units_q8(length_mm10):
@@ -87,11 +88,11 @@ class BlurredLines:
                 0, _NEAR_COUNT, 0, _NEAR_COUNT, _FAR_COUNT, _CODE_DIRECTIONS,
             ),
         )  # fmt: skip
-        self._templates = array("H", bytes(2 * 15 * (_RELS + 1 >> 1)))
-        self._code_templates = array("H", bytes(2 * 33 * 8))
-        self._ink = array("H", bytes(256))
+        self._templates = parts.of16(15 * (_RELS + 1 >> 1))
+        self._code_templates = parts.of16(33 * 8)
+        self._ink = parts.of16(_DIRECTIONS)
         self._depths = array("H", bytes(256))
-        self._gram = array("i", bytes(4 * 81))
+        self._gram = parts.of32(81)
         self._side = array("i", bytes(36))
         self._solution = array("i", bytes(40))
         self._skirts = array("H", bytes(34))
@@ -104,9 +105,9 @@ class BlurredLines:
         self.noise = self.residual = self.beyond = 0
 
     def memory(self):
-        """Bytes of the buffers."""
-        items = 4 * _FAN_ITEMS + 6 * _ZONE_ITEMS + 81 + 9 * 3 + 4 + 1 + POSITIONS
-        return 2 * len(self._templates) + 2 * 33 * 8 + 512 + 34 + 4 * items
+        """Bytes of the buffers but the scratch space."""
+        items = 4 * _FAN_ITEMS + 6 * _ZONE_ITEMS + 9 * 3 + 4 + 1 + POSITIONS
+        return 256 + 34 + 4 * items
 
     def prepare(self):
         """Makes the orientation line's templates for the blur that has been found."""

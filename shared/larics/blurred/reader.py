@@ -16,7 +16,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import atan2_turn16, cdeg_from_turn16, cos_q14, log_grey, sin_q14
+from larics.arith.fixed import Parts, atan2_turn16, cdeg_from_turn16, cos_q14, log_grey, sin_q14
 from larics.blurred import candidates as items
 from larics.blurred import uncertainty
 from larics.blurred.acceptance import RIVAL_MOST, Acceptance
@@ -64,12 +64,14 @@ class BlurModelReader:
     """
 
     def __init__(self, width, height, family, line_mm10, allowed, margin_min, cells, scales, idle=None):
-        """cells: coded.CellReader, None of the plain family; scales: of detect.scales.cut; idle: as of
-        BlurredRings, during `examine`."""
+        """cells: coded.CellReader, None of the plain family; scales: of detect.scales.cut; idle: words
+        that nobody else looks at during `examine` and `tell`, of fixed.Parts."""
         self.candidates = Candidates(len(scales) > 1)
-        self.blur = BlurModel(family, line_mm10)
-        self.rings = BlurredRings(width, height, self.blur, idle)
-        self.lines = BlurredLines(family, self.blur)
+        parts = Parts(idle)
+        self.blur = BlurModel(family, line_mm10, parts)
+        self.rings = BlurredRings(width, height, self.blur, parts)
+        self.lines = BlurredLines(family, self.blur, parts)
+        self.scratch = parts.used  # words of `idle`
         self.acceptance = Acceptance(family, allowed, margin_min)
         self._cells = cells
         self._least_q8 = scales[0].radius_min_q8 * 7 >> 3
@@ -107,6 +109,7 @@ class BlurModelReader:
         candidates = self.candidates
         rings = self.rings
         verdict = verdicts.NO_RADIUS
+        self.blur.forget()
         has_read = self._recognizes
         self._fits_left = _FEW_FITS if few_fits or sparing and candidates.clear else _FITS
         passes_over = sparing or self._postponed

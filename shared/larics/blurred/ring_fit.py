@@ -7,7 +7,7 @@ try:
 except ImportError:
     from larics._cpython import const
 
-from larics.arith.fixed import COSINE, part16
+from larics.arith.fixed import COSINE
 from larics.kernels import polar as kernels
 from larics.kernels import sectors as sector_kernels
 
@@ -92,9 +92,8 @@ class BlurredRings:
                           add to it
     """
 
-    def __init__(self, width, height, blur, idle=None):
-        """idle: words that nobody else looks at during a fit and what follows it, at least
-        (SAMPLES + MEANS) / 2, as of fixed.part16."""
+    def __init__(self, width, height, blur, parts):
+        """parts: fixed.Parts of words that nobody else looks at during a fit and what follows it."""
         self.width = width
         self.height = height
         self.blur = blur
@@ -105,10 +104,10 @@ class BlurredRings:
         # one direction in the middle of each sector, and two
         self._fan_first = fan(_DIRECTIONS_FIRST, 8, 4, _FIRST, _COUNT)
         self._fan = fan(_DIRECTIONS, 4, 2, _FIRST, _COUNT)
-        self._shades = array("i", bytes(4 * 2 * _DIRECTIONS))
-        self.samples = part16(idle, 0, SAMPLES)
+        self._shades = parts.of32(2 * _DIRECTIONS)
+        self.samples = parts.of16(SAMPLES)
         self.levels = array("H", bytes(128))
-        self._means = part16(idle, SAMPLES // 2, MEANS)
+        self._means = parts.of16(MEANS)
         self._sectors = array("H", bytes(192))
         self._outer = array("i", bytes(128))
         self._inner = array("i", bytes(128))
@@ -123,7 +122,7 @@ class BlurredRings:
 
     def memory(self):
         """Bytes of the buffers but the scratch space."""
-        items = _CIRCLE_ITEMS + _SCAN_ITEMS + 2 * _FAN_ITEMS + 2 * _DIRECTIONS
+        items = _CIRCLE_ITEMS + _SCAN_ITEMS + 2 * _FAN_ITEMS
         return 2 * (64 + 96) + 128 + 128 + 32 + 4 * items
 
     def sample(self, frame, fan, cosine, sine):
