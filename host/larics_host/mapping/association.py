@@ -145,12 +145,13 @@ def shares_of(drive: Drive, way: Way, noise: float) -> tuple[np.ndarray, np.ndar
     drifts = np.linspace(-3, 3, 241) * SHARES_SIGMA[1]
     tracks = np.linspace(-3, 3, 25) * SHARES_SIGMA[2]
     best = 0.0, 0.0, 0.0
+    expected = np.exp(-0.5 * np.square(drifts / SHARES_SIGMA[1]) / _VOTES_LEAST)
     for track in tracks:
         rest = off + track * turned
         votes = np.exp(-0.5 * (wrapped(rest[:, None] + np.outer(went, drifts)) / sigma[:, None]) ** 2).sum(
             axis=0
         )
-        votes = votes * math.exp(-0.5 * (track / SHARES_SIGMA[2]) ** 2 / _VOTES_LEAST)
+        votes = votes * expected * math.exp(-0.5 * (track / SHARES_SIGMA[2]) ** 2 / _VOTES_LEAST)
         k = int(np.argmax(votes))
         best = max(best, (float(votes[k]), float(drifts[k]), float(track)))
     by_chance = float(np.minimum(1.0, sigma * math.sqrt(2 / math.pi) / 2).sum())

@@ -4,21 +4,25 @@ What is seen again and again at one place of the odometry frame is one marker: m
 and the readings of a passage are brought to one frame, that in which the marker is nearest to the lens. Only
 passages enter the map's graph, so that an hour of frames becomes a thousand poses. How the vehicle went while
 the marker was in view, the marker itself tells: odometry is needed from where one was seen last to where the
-next one was seen first, and a wheel that slips in between, as in a turn below a marker, does no harm.
+next one was seen first, and a wheel that slips in between, as in a turn below a marker, does no harm. Where a
+marker in view goes farther than slips explain, it was hung elsewhere just then, or the vehicle was carried:
+one passage ends and another begins, and all other markers tell which it was.
 """
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from larics_host.mapping.poses import after, inverse
+from larics_host.mapping.poses import after, inverse, wrapped
 from larics_host.mapping.sightings import Seen, Sighting, Stretch
 from larics_host.mapping.wheels import View, wheels_mm
 
 _PLATE_GATE_MM = 300.0  # no other plate has room so near
+_WENT_MM, _WENT_RAD = 120.0, 0.15  # by which slips make a marker in view seem to go, at most
 _GONE_MM = 1000.0  # of way without the marker: it is out of view
 _NEAR_MM = 200.0  # of a wheel's way from the frame of a passage: farther, odometry adds more than a reading
 _EDGE_MM, _EDGE_LEAST = 100.0, 3  # of a wheel's way, and readings, that tell where a marker came into view
@@ -61,11 +65,20 @@ class Drive:
 class _Open:
     """A passage that still goes on."""
 
-    def __init__(self, x, y):
-        self.x, self.y = x, y  # in the odometry frame
+    def __init__(self, x, y, heading, beside):
+        self.x, self.y, self.heading = x, y, heading  # in the odometry frame
+        self.beside = beside  # whether it began where another marker was in view
         self.readings = []  # (frame, Sighting)
         self.votes = Counter()
         self.way = 0.0
+
+    def apart(self, x, y):
+        return math.hypot(x - self.x, y - self.y)
+
+    def goes_on(self, x, y, heading):
+        """Whether a reading may be of the same marker, which hangs still, under a vehicle that goes as its
+        odometry says."""
+        return self.apart(x, y) < _WENT_MM and abs(wrapped(heading - self.heading)) < _WENT_RAD
 
 
 def drives(seen: Seen, log: int = 0) -> tuple[list[Drive], np.ndarray]:
@@ -87,7 +100,7 @@ def drives(seen: Seen, log: int = 0) -> tuple[list[Drive], np.ndarray]:
 def _drive(stretch, rows, log):
     way = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(stretch.x_mm), np.diff(stretch.y_mm)))]).tolist()
     wheels = np.concatenate([[0.0], np.cumsum(wheels_mm(stretch.x_mm, stretch.y_mm, stretch.heading))])
-    xs, ys = stretch.x_mm.tolist(), stretch.y_mm.tolist()
+    xs, ys, headings = stretch.x_mm.tolist(), stretch.y_mm.tolist(), stretch.heading.tolist()
     cos, sin = np.cos(stretch.heading).tolist(), np.sin(stretch.heading).tolist()
     running, done = [], []
     shared = defaultdict(list)  # (one, other) -> readings of both in one frame
@@ -99,26 +112,28 @@ def _drive(stretch, rows, log):
             running = [one for one in running if way[k] - one.way <= _GONE_MM]
         x = xs[k] + cos[k] * sighting.x_mm - sin[k] * sighting.y_mm
         y = ys[k] + sin[k] * sighting.x_mm + cos[k] * sighting.y_mm
-        near = [one for one in running if (one.x - x) ** 2 + (one.y - y) ** 2 < _PLATE_GATE_MM**2]
-        near = [one for one in near if one not in here]
+        turned = headings[k] + math.radians(sighting.heading_deg)
+        near = [one for one in running if one not in here and one.goes_on(x, y, turned)]
         if near:
-            one = min(near, key=lambda one: (one.x - x) ** 2 + (one.y - y) ** 2)
+            one = min(near, key=lambda one: one.apart(x, y))
         else:
-            one = _Open(x, y)
+            one = _Open(x, y, turned, any(one.apart(x, y) < _PLATE_GATE_MM for one in running))
             running.append(one)
-        one.x, one.y, one.way = x, y, way[k]
+        one.x, one.y, one.heading, one.way = x, y, turned, way[k]
         one.votes[sighting.id] += 1
         one.readings.append((k, sighting))
         for other in here:
             shared[id(other), id(one)].append((other.readings[-1][1], sighting))
         here.append(one)
-    done += running
+    done = [one for one in done + running if len(one.readings) >= _EDGE_LEAST or not one.beside]
     done.sort(key=lambda one: one.readings[0][0])
     passages = {id(one): _passage(one, stretch, wheels) for one in done}
     order = sorted(passages, key=lambda key: passages[key].frame)
     index = {key: k for k, key in enumerate(order)}
     result = Drive(stretch, [passages[key] for key in order], [], log)
     for (a, b), readings in shared.items():
+        if a not in passages or b not in passages:
+            continue
         read = [(p, q) for p, q in readings if p.id == passages[a].id and q.id == passages[b].id]
         if len(read) >= _LEAST_TOGETHER:
             result.together.append((index[a], index[b], _median([_between(p, q) for p, q in read])))
