@@ -91,3 +91,11 @@ class Session:
         self._process.stdin.close()
         assert self._process.wait(timeout=300) == 0  # a sanitizer would have ended it otherwise
         self._process.stdout.close()
+
+
+def started(program, camera, **limits):
+    """A Session that has heard INFO, STATUS and one marker of a recorded.Stream."""
+    session = Session(program, **limits)
+    session.later(camera.info() + camera.status(1))
+    session.later(camera.marker())
+    return session

@@ -1,20 +1,11 @@
 """Which of several markers is steered by."""
 
-import pytest
-
 from larics.wire import messages as m
 from larics.wire.codec import fields
 from recorded import Stream, frame_of, of_today, stream_of
 from session import Session
-from tools.vehicle_build import ROOT, SANITIZE, build
 
 NEAREST, BY_ID, BY_ROUTE = range(3)
-
-
-@pytest.fixture(scope="session")
-def program(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("choice")
-    return build([ROOT / "tests" / "vehicle" / "session.c"], folder / "session", *SANITIZE)
 
 
 def frames(camera, *markers):

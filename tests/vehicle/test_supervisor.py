@@ -3,23 +3,8 @@
 import pytest
 
 from larics.wire import messages as m
-from recorded import Stream, frame_of, message, of_today, stream_of, timed_stream_of
-from session import NEVER, Session
-from tools.vehicle_build import ROOT, SANITIZE, build
-
-
-@pytest.fixture(scope="session")
-def program(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("session")
-    return build([ROOT / "tests" / "vehicle" / "session.c"], folder / "session", *SANITIZE)
-
-
-def started(program, camera, **limits):
-    """A Session that has heard INFO, STATUS and one marker."""
-    session = Session(program, **limits)
-    session.later(camera.info() + camera.status(1))
-    session.later(camera.marker())
-    return session
+from recorded import Stream, frame_of, of_today, stream_of, timed_stream_of
+from session import NEVER, Session, started
 
 
 def test_a_time_read_before_the_message_came_counts_as_now(program):
@@ -177,35 +162,6 @@ def test_a_camera_that_never_tells_its_status(program):
         assert session.marker().state == "good"
 
 
-def test_a_restart_voids_what_was_before(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        session.later(camera.pose())
-        again = Stream(boot=2000)
-        session.later(again.info())
-        assert session.marker().state == session.pose().state == "restarted"
-        assert session.marker().age_ms == session.pose().age_ms == NEVER
-        session.later(again.marker())
-        assert session.marker().state == "good" and session.noticed()["restarts"] == 1
-        session.later(camera.status(5))  # the boot before does not come back
-        session.later(again.marker())
-        assert session.marker().state == "good" and session.noticed()["foreign"] == 1
-
-
-def test_a_restart_that_only_the_status_tells(program):
-    camera = Stream()
-    with Session(program) as session:
-        session.later(camera.status(100) + camera.marker())
-        assert session.marker().state == "good"
-        again = Stream(boot=2000)
-        again.sequence = 1  # its INFO got lost
-        session.later(again.marker())
-        assert session.noticed()["repeated"] == 1
-        session.later(again.status(1))
-        session.later(again.marker())
-        assert session.marker().state == "good"
-
-
 def test_the_same_picture_again_and_again(program):
     camera = Stream()
     with started(program, camera, frozen_frames=20) as session:
@@ -220,171 +176,6 @@ def test_the_same_picture_again_and_again(program):
         for _ in range(60):  # the marker is gone, so it is another picture
             session.later(camera.nothing(), 10)
         assert session.marker().state == "no_marker" and session.may_search()
-
-
-def test_missing_messages(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        for _ in range(60):  # every second one is lost
-            camera.marker()
-            session.later(camera.marker(), 5)
-        assert session.marker().state == "damaged"
-        for _ in range(60):
-            session.later(camera.marker(), 5)
-        assert session.marker().state == "good"
-    with started(program, camera := Stream()) as session:
-        for k in range(200):  # one of twenty: the age judges
-            if k % 20 == 0:
-                camera.marker()
-            session.later(camera.marker(), 5)
-            assert session.marker().state == "good"
-
-
-def test_repeated_and_late_messages_are_refused(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        old = camera.marker(x=500)
-        session.later(old)
-        session.later(camera.marker(x=600))
-        session.later(old)
-        assert session.marker().x == 600 and session.noticed()["repeated"] == 1
-        session.later(old, 150)
-        assert session.marker().state == "no_marker"
-
-
-def test_another_camera_on_the_line(program):
-    ours, other = Stream(), Stream(boot=77, unique_id=b"camera-two--")
-    other.sequence = other.frame = 5000
-    with started(program, ours) as session:
-        session.later(other.marker(x=900))
-        assert session.marker().state == "unproven" and session.marker().x == 100
-        session.later(other.info())
-        assert session.marker().state == "foreign"
-        session.later(ours.marker() + other.marker(x=900) + ours.status(2) + other.status(9))
-        assert session.marker().state == "foreign" and session.marker().id == 0
-        session.later(b"", 1600)  # it was swapped for good
-        session.later(other.status(10) + other.marker())
-        assert session.marker().state == "foreign"
-    with Session(program, unique_id=b"camera-one--".hex()) as session:
-        session.later(other.info() + other.status(1) + other.marker())
-        assert session.marker().state == "foreign"
-        session.later(ours.info() + ours.marker())
-        assert session.marker().state == "good"
-    with Session(program, unique_id=b"camera-one--".hex()) as session:
-        session.later(ours.status(3) + ours.marker())
-        assert session.marker().state == "unproven"  # who it is, is not known yet
-
-
-CHALLENGED = {"challenge_ms": 1000, "answer_ms": 100}
-
-
-def challenged(program, camera):
-    session = Session(program, **CHALLENGED)
-    session.later(b"")
-    session.later(camera.answer(session.challenge()), 20)
-    session.later(camera.marker())
-    return session
-
-
-def test_a_challenge_is_answered_at_the_rate_that_was_set(program):
-    camera = Stream()
-    with challenged(program, camera) as session:
-        assert session.marker().state == "good"
-        asked = 0
-        for k in range(1000):
-            request = session.challenge()
-            asked += bool(request)
-            if k % 200 == 100:
-                session.later(camera.status(1 + k // 200), 0)
-            session.later((camera.answer(request) if request else b"") + camera.marker(), 5)
-            assert session.marker().state == "good"
-        assert asked == 5
-        for _ in range(300):  # nobody answers any more
-            session.challenge()
-            session.later(camera.marker(), 5)
-        assert session.marker().state == "unproven"
-
-
-def test_before_the_first_answer_nothing_is_fresh(program):
-    camera = Stream()
-    with Session(program, **CHALLENGED) as session:
-        session.later(camera.info() + camera.status(1) + camera.marker())
-        assert session.marker().state == "unproven"
-
-
-def test_a_recording_after_silence_is_not_fresh(program):
-    camera = Stream()
-    with challenged(program, camera) as session:
-        recording = [camera.status(2)] + [camera.marker(x=800) for _ in range(100)]
-        for piece in recording:
-            session.later(piece)
-        assert session.marker().x == 800
-        session.later(b"", 1600)
-        for piece in recording:
-            session.challenge()  # asked, but a recording cannot answer
-            session.later(piece)
-            assert session.marker().state == "unproven"
-        session.later(b"", 150)
-        session.later(camera.answer(session.challenge()))
-        session.later(camera.marker(x=900))
-        assert (session.marker().state, session.marker().x) == ("good", 900)
-
-
-def test_a_recording_of_the_same_boot_is_told_by_its_time_without_a_challenge(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        recording = [camera.status(2)] + [camera.marker(x=800) for _ in range(100)] + [camera.status(9)]
-        session.later(b"".join(recording))
-        session.later(b"", 1600)
-        for piece in recording[:-1]:
-            session.later(piece)
-            assert session.marker().state == "unproven"
-        session.later(camera.status(10) + camera.marker())
-        assert session.marker().state == "good"
-
-
-def test_a_recording_of_an_older_boot_is_not_fresh(program):
-    camera = Stream()
-    recording = [camera.info(), camera.status(1)] + [camera.marker(x=800) for _ in range(50)]
-    camera = Stream(boot=2000)
-    with challenged(program, camera) as session:
-        session.later(b"", 1600)
-        for piece in recording:
-            session.challenge()
-            session.later(piece)
-            assert session.marker().state in ("restarted", "unproven", "foreign")
-
-
-def test_a_boot_number_that_is_drawn_again_is_believed_with_an_answer(program):
-    with challenged(program, Stream()) as session:
-        for boot in (2000, 1000):
-            camera = Stream(boot=boot)
-            session.later(camera.status(1) + camera.marker())  # its INFO got lost
-            assert session.marker().state in ("restarted", "unproven")
-            session.later(b"", 110)
-            session.later(camera.answer(session.challenge()))
-            session.later(camera.marker(x=900))
-            assert (session.marker().state, session.marker().x) == ("good", 900)
-    with started(program, Stream()) as session:  # without a challenge it may be a recording
-        for boot in (2000, 1000):
-            camera = Stream(boot=boot)
-            session.later(camera.info())
-            session.later(camera.marker(x=boot))
-        assert session.marker().x == 2000 and session.noticed()["foreign"] == 1
-
-
-def test_an_answer_to_another_question_or_too_late_proves_nothing(program):
-    camera = Stream()
-    with Session(program, **CHALLENGED) as session:
-        session.later(b"")
-        request = session.challenge()
-        wrong = bytearray(request)
-        session.later(camera.info(token=12345) + camera.send(m.ACK, token=12345, command=m.GET_INFO))
-        session.later(camera.marker())
-        assert session.marker().state == "unproven"
-        session.later(camera.answer(bytes(wrong)), 101)
-        session.later(camera.marker())
-        assert session.marker().state == "unproven" and session.noticed()["late_answers"] == 1
 
 
 @pytest.mark.parametrize(
@@ -408,80 +199,6 @@ def test_contradictory_markers_are_refused(program, values):
         assert session.noticed()["contradictory"] == 1 and session.marker().x == 100
 
 
-def test_a_pose_that_tracks_no_marker_is_refused(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        session.later(camera.pose(x_mm10=10) + camera.pose(x_mm10=20, id=m.ID_NONE))
-        assert session.pose().x == 10 and session.noticed()["contradictory"] == 1
-
-
-def test_poses(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        session.later(camera.pose(x_mm10=10))
-        assert (session.pose().state, session.pose().x) == ("good", 10)
-        session.later(camera.marker() + camera.pose(state=m.COASTING, id=m.ID_NONE, x_mm10=11))
-        assert (session.pose().state, session.pose().x) == ("good", 11)
-        session.later(camera.marker() + camera.pose(state=m.LOST, id=m.ID_NONE, x_mm10=12))
-        assert (session.pose().state, session.pose().x) == ("no_marker", 11)
-        session.later(camera.marker() + camera.pose())
-        assert session.pose().state == "good"
-        session.later(camera.marker(), 150)
-        assert session.pose().state == "no_marker"
-
-
-def test_a_pose_is_as_old_as_its_marker_unless_odometry_carries_it(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        session.later(camera.marker() + camera.pose(state=m.COASTING, marker_age_ms=900))
-        assert session.pose().state == "no_marker" and session.pose().age_ms >= 900
-        session.later(camera.marker() + camera.pose(state=m.CARRIED, marker_age_ms=900))
-        assert session.pose().state == "good" and session.pose().age_ms < 100
-
-
-@pytest.mark.parametrize("field", ["sigma_x_mm10", "sigma_y_mm10", "sigma_cdeg"])
-@pytest.mark.parametrize("state", [m.TRACKING, m.CARRIED])
-def test_a_pose_whose_sigma_is_above_the_limit_or_unknown(program, field, state):
-    camera = Stream()
-    with started(program, camera, most_sigma_mm10=200, most_sigma_cdeg=200) as session:
-        for sigma, expected in ((200, "good"), (201, "imprecise"), (m.SIGMA_UNKNOWN, "imprecise")):
-            session.later(camera.marker() + camera.pose(state=state, **{field: sigma}))
-            assert session.pose().state == expected and session.may_drive_by() == (expected == "good")
-        assert session.marker().state == "good"  # it is the pose that is in doubt
-    with started(program, camera := Stream(), most_sigma_mm10=65535, most_sigma_cdeg=65535) as session:
-        session.later(camera.marker() + camera.pose(**{field: m.SIGMA_UNKNOWN}))
-        assert session.pose().state == "good"
-
-
-def test_a_pose_that_odometry_has_carried_too_long_or_too_far(program):
-    camera = Stream()
-    limits = {"most_carried_ms": 3000, "most_way_mm": 1500}
-    with started(program, camera, **limits) as session:
-        for age_ms, way_mm, expected in (
-            (2950, 1500, "good"),
-            (3001, 100, "strayed"),
-            (m.AGE_UNKNOWN, 100, "strayed"),
-            (100, 1501, "strayed"),
-            (100, m.WAY_UNKNOWN, "strayed"),
-        ):
-            carried = {"state": m.CARRIED, "marker_age_ms": age_ms, "way_mm": way_mm}
-            session.later(camera.marker() + camera.pose(**carried))
-            assert session.pose().state == expected, (age_ms, way_mm)
-            assert session.may_drive_by() == (expected == "good")
-            session.later(camera.pose(state=m.LOST, id=m.ID_NONE) if way_mm % 2 else camera.marker())
-            assert session.may_drive_by()  # that says nothing that is too old
-        session.later(camera.marker() + camera.pose(state=m.CARRIED, marker_age_ms=2950))
-        assert session.pose().state == "good"
-        assert session.pose(session.now + 51).state == "strayed"  # and it goes on while nothing comes
-        session.later(camera.marker() + camera.pose(way_mm=m.WAY_UNKNOWN))  # measured: nothing to carry
-        assert session.pose().state == "good"
-    limits = {"most_carried_ms": 65535, "most_way_mm": 65535}
-    with started(program, camera := Stream(), **limits) as session:
-        carried = {"state": m.CARRIED, "marker_age_ms": m.AGE_UNKNOWN, "way_mm": m.WAY_UNKNOWN}
-        session.later(camera.marker() + camera.pose(**carried))
-        assert session.pose().state == "good"
-
-
 @pytest.mark.parametrize(
     "code, state",
     [
@@ -497,16 +214,6 @@ def test_a_camera_that_says_that_its_picture_is_worth_nothing(program, code, sta
         assert session.marker().state == state and not session.may_search()
         session.later(camera.status(3) + camera.marker())
         assert session.marker().state == "good"
-
-
-def test_our_own_echo_is_refused(program):
-    camera = Stream()
-    with started(program, camera) as session:
-        session.later(frame_of(m.PING, message(m.PING, token=7), camera.sequence))
-        assert session.noticed()["foreign"] == 1 and session.marker().state == "good"
-
-
-# ---------------------------------------------------------------- streams on which it failed
 
 
 def test_a_camera_whose_sensor_went_silent(program):
