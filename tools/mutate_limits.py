@@ -38,13 +38,20 @@ CARRIED = (
 )
 WIRE = ("test_protocol", "test_golden_wire", "test_encodings", "test_outbox")
 READ = ("test_direct_acceptance", "test_code_acceptance")
-FIT = ("test_ring_limits", "test_direct_limits", "test_sigma_limits", "test_detector")
+FIT = (
+    "test_ring_limits",
+    "test_direct_passes",
+    "test_direct_lines",
+    "test_direct_turn",
+    "test_sigma_limits",
+    "test_detector",
+)
 SEARCH = ("test_search_limits", "test_blurred_search", "test_detector")
 CELLS = ("test_cell_reader", "test_cells")
 BLURRED = ("test_blur_model_limits", "test_blurred_limits", "test_blurred_acceptance", "test_model")
 TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/rules.py": READ,
-    "shared/larics/kernels/code.py": ("test_direct_limits", *READ),
+    "shared/larics/kernels/code.py": ("test_direct_lines", *READ),
     "shared/larics/kernels/code_rules.py": ("test_code_acceptance",),
     "shared/larics/direct/acceptance.py": READ,
     "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
@@ -106,7 +113,7 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/device/raw_frame.py": ("test_commands", "test_outbox"),
     "shared/larics/device/tracking.py": ("test_outbox",),
     "shared/larics/settings/constraints.py": ("test_settings",),
-    "shared/larics/detect/tracker.py": ("test_direct_limits",),
+    "shared/larics/detect/tracker.py": ("test_tracker",),
     "shared/larics/detect/confirmation.py": ("test_search_limits",),
 }
 # changes other than of a constant: (module, text, replacement, tests)

@@ -34,9 +34,9 @@ class Seen:
 def calls(found, frames=20):
     finder = Finder()
     finder.found = found
-    follower = Tracker(finder)
+    tracker = Tracker(finder)
     for _ in range(frames):
-        follower.detect(None)
+        tracker.detect(None)
     return finder.calls
 
 
