@@ -2,7 +2,6 @@
 
 import ast
 import subprocess
-import time
 
 import pytest
 
@@ -11,9 +10,8 @@ from larics_host.connection.pty_pair import PtyPair
 from larics_host.connection.receiver import Receiver
 from larics_host.flash import build, linker
 from larics_host.render import render_frame
-from tests.host.firmware_process import environment
+from tests.host.firmware_process import environment, pieces
 from tests.host.test_dual import ROOT, unix_port
-from tests.host.waiting import PATIENCE_S
 
 PROGRAM = {
     "box": "",
@@ -157,22 +155,14 @@ def reported(search, script, frames, heap=None):
         process = subprocess.Popen(
             program, cwd=ROOT, env=environment(search), stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
-        end_s = time.monotonic() + PATIENCE_S
-        while process.poll() is None or receiver_got(source, receiver, markers):
-            receiver_got(source, receiver, markers)
-            assert time.monotonic() < end_s
+        for data in pieces(process, cable, source):
+            for message in receiver.feed(data, 0.0):
+                if message.name == "MARKER":
+                    markers.append({k: v for k, v in message.fields._asdict().items() if k != "age_us"})
         output = process.stdout.read().decode()
         source.close()
     assert process.returncode == 0, output
     return markers
-
-
-def receiver_got(source, receiver, markers):
-    data = source.read()
-    for message in receiver.feed(data, 0.0):
-        if message.name == "MARKER":
-            markers.append({k: v for k, v in message.fields._asdict().items() if k != "age_us"})
-    return data
 
 
 def test_the_linked_program_reports_what_the_sources_do(frames, tmp_path):

@@ -57,23 +57,30 @@ def run_camera(folder, method):
             [*micropython, "firmware/pc/replay_main.py", *options, "--port", cable.device_a],
             env=dict(os.environ, MICROPYPATH="shared:firmware:.frozen"),
             cwd=ROOT,
-            timeout=90,
+            timeout=600,
         )
-        time.sleep(0.5)  # what is still on the line
+        wait_until(lambda: firmware.returncode or has_all(run.with_suffix(".jsonl")), log)
         log.terminate()
-        log.wait(timeout=10)
+        log.wait(timeout=60)
     if firmware.returncode or log.returncode:
         codes = firmware.returncode, log.returncode
         raise SystemExit("demo: the firmware ended with %d, the log with %d" % codes)
     return run.with_suffix(".jsonl")
 
 
-def wait_until(condition, process, limit_s=30):
+def wait_until(condition, process, limit_s=60):
     end_s = time.monotonic() + limit_s
     while not condition():
         if process.poll() is not None or time.monotonic() > end_s:
-            raise SystemExit("demo: larics log did not start")
+            raise SystemExit("demo: larics log ended or does not go on")
         time.sleep(0.02)
+
+
+def has_all(path):
+    """Whether the log has come to the firmware's last message, a STATUS."""
+    whole = path.read_text().rpartition("\n")[0].splitlines()
+    last = json.loads(whole[-1]) if whole else {}
+    return last.get("frames", 0) + last.get("missed", 0) == drive.frame_count()
 
 
 def print_table(frames):
