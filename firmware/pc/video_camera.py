@@ -12,7 +12,7 @@ from cameras import CameraError
 from pc import host_clock
 
 _REOPEN_S = (0.5, 1.0, 2.0, 4.0, 8.0)  # between attempts to open, the longer the more have failed
-_OPEN_S = 4.0  # a source, or a network, that was busy at the first attempt
+_OPEN_S = 10.0  # a source, a network or a computer that was busy at the first attempts
 _SLOW_S = 1.5  # what fails sooner was refused
 _WAIT_S = 0.004  # grab() waits so long for a frame, or the loop of the program would spin
 _FRAMES = (1 << 30) - 1

@@ -58,11 +58,12 @@ def running(tmp_path, *options):
         text=True,
     )
     try:
-        line = process.stderr.readline()
-        if "compiling" in line:  # where nothing was compiled before
+        said, found = "", None
+        while not found:  # before it there may be what is compiled, or that the source stands still
             line = process.stderr.readline()
-        found = re.search(r" to (\S+)$", line.strip())
-        assert found, line
+            said += line
+            assert line, said
+            found = re.search(r"\d from \S+ to (\S+)$", line.strip())
         yield process, found.group(1)
     finally:
         process.terminate()
