@@ -224,6 +224,9 @@ def test_a_log_without_a_good_line_is_none(tmp_path, fleet, capsys):
     assert cli.main(["fleet", good, str(tmp_path / "bad.jsonl"), "--by", "file"]) == 1
     text = capsys.readouterr()
     assert "2 logs of 1 vehicle" in text.out and "bad.jsonl: none of its" in text.err
+    (tmp_path / "blank.jsonl").write_text("\n\n")
+    assert cli.main(["fleet", str(tmp_path / "blank.jsonl")]) == 2
+    assert "blank.jsonl holds no message\n" in capsys.readouterr().err
     # in blocks of which one has a good line, it is a log
     lines_of_good = (fleet / "logs" / "good" / "0.jsonl").read_text().splitlines()
     with open(tmp_path / "bad.jsonl", "a") as file:
@@ -271,7 +274,11 @@ def test_other_kinds_of_logs_tell_the_same(fleet, tmp_path):
         writer = csv.DictWriter(file, columns, extrasaction="ignore")
         writer.writeheader()
         writer.writerows(record for record in records if record["message"] == "MARKER")
-    for one in (packed, table):
+    odd = [tmp_path / "named.jsonl", tmp_path / "windows.jsonl", tmp_path / "windows_be.jsonl"]
+    odd[0].write_bytes(packed.read_bytes())
+    odd[1].write_text(path.read_text(), encoding="utf-16", newline="\r\n")
+    odd[2].write_text("\ufeff" + path.read_text(), encoding="utf-16-be")
+    for one in (packed, table, *odd):
         got = tallied([str(one)], 1 << 30)[one.name.split(".")[0]]
         assert (got.frames, got.wrong, got.visits) == (want.frames, want.wrong, want.visits)
         assert sum(sums[1] for sums in got.readings.values()) == sum(s[1] for s in want.readings.values())

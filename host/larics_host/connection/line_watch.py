@@ -11,24 +11,23 @@ import operator
 import re
 from typing import TYPE_CHECKING
 
+from larics_host.files import encoding_of
 from larics_host.wording import counted
 
 if TYPE_CHECKING:
     from larics.wire.codec import Counters
 
 _SAMPLE_BYTES = 4096
+_TEXT_BYTES = 256
 _ENOUGH = 2  # sentences or frames of another language, less is chance
 _NMEA = re.compile(rb"\$([A-Z]{2}[A-Z0-9]{1,6})((?:,[^$*\r\n]{0,80})*)\*([0-9A-Fa-f]{2})")
 _MARK = (b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf")
-_FILES = (  # how files begin that are no bytes of a line
-    (
-        b"{",
-        "JSON lines, for larics replay, larics monitor --input, larics log --convert as .jsonl",
-    ),
-    (
-        b"time_s,",
-        "a table of larics log, for larics replay, larics monitor --input, larics log --convert as .csv",
-    ),
+_TAKEN = "for larics replay, larics monitor --input, larics log --convert as"
+_TEXTS = (  # how files of text begin that are no bytes of a line
+    (re.compile(r"\s*\{"), "JSON lines, %s .jsonl" % _TAKEN),
+    (re.compile(r'\s*(?:sep=.\s+)?"?time_s"?\s*[,;\t|]'), "a table of larics log, %s .csv" % _TAKEN),
+)
+_FILES = (  # and others
     (
         b"\x89MCAP",
         "an MCAP file, for larics replay, larics monitor --input, larics log --convert as .mcap",
@@ -103,6 +102,10 @@ class LineWatch:
         if baud is None:
             if not sample.strip(b"\0"):
                 return "nothing but zeros: the disk or the power failed before it was written"
+            text = sample[:_TEXT_BYTES].decode(encoding_of(sample[:_TEXT_BYTES]), "replace")
+            for begin, what in _TEXTS:
+                if begin.match(text.lstrip("\ufeff")):
+                    return what
             if sample.startswith(_MARK) or sample[1:40:2].strip(b"\0") == b"":
                 return "text in another encoding: a console changed the bytes; larics log --raw keeps them"
             for head, text in _FILES:

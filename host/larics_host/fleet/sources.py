@@ -18,10 +18,13 @@ from typing import Any, BinaryIO, NamedTuple
 
 from larics_host.addresses import is_address, list_remote
 from larics_host.errors import UserError, missing_package, report_once
+from larics_host.files import encoding_of
+from larics_host.packed import MAGIC
 
 KINDS = (".jsonl", ".mcap", ".csv", ".bin")  # of one log in several forms, the first is read
 PACKED = (".gz", ".bz2", ".xz", ".zst")
 BLOCK_BYTES = 4 << 20
+_HEAD_BYTES = 256
 _PIECE = 1 << 14  # of a packed file: what comes before its damage is kept
 _LINE_MOST = 1 << 16  # a longer one is none; and a file without line ends must not fill the memory
 
@@ -126,11 +129,23 @@ def _addressed(argument):
 def blocks(sources: Iterable[Source], block_bytes: int = BLOCK_BYTES) -> Iterator[Block]:
     """The Blocks of all logs, in their order."""
     for source in sources:
-        if not source.path.endswith(".jsonl"):
+        if not source.path.endswith(".jsonl") or _is_odd(source):
             yield Block(source, 0, None)
             continue
         for start in range(0, max(1, source.size), block_bytes):
             yield Block(source, start, start + block_bytes)
+
+
+def _is_odd(source):
+    """Whether JSON lines of this computer are packed all the same, or of another encoding."""
+    if source.system is not None:
+        return False
+    try:
+        with source.open() as file:
+            head = file.read(_HEAD_BYTES)
+    except OSError:
+        return False  # whoever reads it tells
+    return head.startswith(MAGIC) or encoding_of(head) not in ("utf-8", "utf-8-sig")
 
 
 def lines(block: Block) -> Iterator[bytes]:

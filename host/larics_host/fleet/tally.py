@@ -362,7 +362,7 @@ def vehicles(told: Iterator[tuple[Block, Told]]) -> tuple[dict[str, Tally], dict
     tallies: dict[str, Tally] = {}
     logs: dict[str, set[str]] = defaultdict(set)
     errors = []
-    none_good: dict[str, int] = {}  # log: its damaged lines
+    none_good: dict[str, int] = {}  # log: its damaged lines, of those in which no message was found
     good: set[str] = set()
     before = None
     for block, one in told:
@@ -379,11 +379,15 @@ def vehicles(told: Iterator[tuple[Block, Told]]) -> tuple[dict[str, Tally], dict
         before = source.name
         if one.tally.first is not None:
             good.add(source.name)
-        elif one.tally.damaged:
+        else:
             none_good[source.name] = none_good.get(source.name, 0) + one.tally.damaged
     for name, damaged in none_good.items():
-        if name not in good:
+        if name in good:
+            continue
+        if damaged:
             errors.append("%s: none of its %s is a message of larics log" % (name, counted(damaged, "line")))
+        else:
+            errors.append("%s holds no message" % name)
     lost = none_good.keys() - good
     for vehicle, names in logs.items():
         if names <= lost:
