@@ -47,7 +47,7 @@ FIT = (
     "test_detector",
 )
 SEARCH = ("test_search_limits", "test_blurred_search", "test_detector")
-CELLS = ("test_cell_reader", "test_cells")
+CELLS = ("test_cell_reader", "test_cell_weights", "test_cell_words", "test_cells")
 BLURRED = ("test_blur_model_limits", "test_blurred_limits", "test_blurred_acceptance", "test_model")
 TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/rules.py": READ,

@@ -6,7 +6,7 @@ from larics.kernels import layouts
 from larics.marker import verdicts
 from larics.marker.id_set import id_set
 from marker_drawing import draw
-from test_cell_reader import reader, show
+from shown_cells import reader, show
 from test_direct_acceptance import BIAS, Lines, Rings, code_verdict
 
 

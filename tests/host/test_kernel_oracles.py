@@ -29,8 +29,8 @@ ELSEWHERE = {
     "paper": "tests/host/test_paper.py",
     "raw": "tests/host/test_raw_frame.py",
     "cells": "tests/dual/test_cells.py",
-    "cell_search": "tests/dual/test_cell_reader.py",
-    "cell_words": "tests/dual/test_cell_reader.py",
+    "cell_search": "tests/dual/test_cell_words.py",
+    "cell_words": "tests/dual/test_cell_words.py",
 }
 
 
