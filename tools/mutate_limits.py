@@ -48,16 +48,23 @@ FIT = (
 )
 SEARCH = ("test_search_limits", "test_blurred_search", "test_detector")
 CELLS = ("test_cell_reader", "test_cell_weights", "test_cell_words", "test_cells")
-BLURRED = ("test_blur_model_limits", "test_blurred_limits", "test_blurred_acceptance", "test_model")
+BLURRED = (
+    "test_blur_model_limits",
+    "test_blurred_fits",
+    "test_blurred_candidates",
+    "test_blurred_sigma",
+    "test_blurred_acceptance",
+    "test_model",
+)
 TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/rules.py": READ,
     "shared/larics/kernels/code.py": ("test_direct_lines", *READ),
     "shared/larics/kernels/code_rules.py": ("test_code_acceptance",),
     "shared/larics/direct/acceptance.py": READ,
     "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
-    "shared/larics/blurred/reader.py": ("test_blurred_acceptance", "test_blurred_limits"),
-    "shared/larics/blurred/candidates.py": ("test_blurred_limits", "test_model"),
-    "shared/larics/blurred/places.py": ("test_blurred_limits",),
+    "shared/larics/blurred/reader.py": ("test_blurred_acceptance", "test_blurred_fits"),
+    "shared/larics/blurred/candidates.py": ("test_blurred_candidates", "test_model"),
+    "shared/larics/blurred/places.py": ("test_blurred_candidates",),
     "shared/larics/detect/blurred_search.py": ("test_blurred_search",),
     "shared/larics/direct/reader.py": FIT,
     "shared/larics/direct/ring_fit.py": FIT,
@@ -106,7 +113,7 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/blurred/ring_fit.py": BLURRED,
     "shared/larics/blurred/line_fit.py": ("test_line_fit_limits", *BLURRED),
     "shared/larics/blurred/blur_model.py": BLURRED,
-    "shared/larics/blurred/uncertainty.py": ("test_sigma_limits", "test_blurred_limits"),
+    "shared/larics/blurred/uncertainty.py": ("test_sigma_limits", "test_blurred_sigma"),
     "shared/larics/device/commands.py": ("test_commands", "test_firmware_link"),
     "shared/larics/device/frame_check.py": ("test_frame_check",),
     "shared/larics/device/outbox.py": ("test_outbox",),
