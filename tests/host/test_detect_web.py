@@ -8,15 +8,17 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 
 import cv2
 import numpy as np
 import pytest
 
 from larics_host import cli
+from larics_host.images import live
 from larics_host.images.live import is_live, live_frames
 from tests.host.browser import headless_browser
-from tests.host.mjpeg import NAMES, PICTURES, jpeg, mjpeg_server
+from tests.host.mjpeg import NAMES, PICTURES, mjpeg_server
 from tests.host.test_dual import ROOT
 from tests.host.waiting import PATIENCE_S, wait_until
 
@@ -95,22 +97,35 @@ def test_a_browser_shows_it(tmp_path):
 
 
 def test_frames_that_nobody_takes_are_left_out():
-    numbers = []
-    bodies = [jpeg(frame) for frame in PICTURES]
+    class Capture:
+        """Twenty frames at once, and then a wait until it is to end."""
 
-    def body(number):
-        numbers.append(number)
-        return bodies[number % 3]
+        count, has_served, may_end = 0, threading.Event(), threading.Event()
 
-    with mjpeg_server(body) as server:
-        frames = live_frames(server.address)
-        next(frames)
-        wait_until(lambda: len(numbers) > 20)
-        before = numbers[-1]
-        shown = [next(frames)[1] for _ in range(3)]
-        assert numbers[-1] - before < 20  # what was served before is not made up for
-        assert all(frame.shape == PICTURES[0].shape for frame in shown)
-        frames.close()
+        def read(self):
+            if self.count == 20:
+                self.has_served.set()
+                self.may_end.wait(PATIENCE_S)
+                return False, None
+            self.count += 1
+            return True, np.full((2, 2), self.count, np.uint8)
+
+        def release(self):
+            pass
+
+    capture = Capture()
+    newest = live._Newest(capture, lambda: False)
+    assert capture.has_served.wait(PATIENCE_S) and newest.take()[0, 0] == 20
+    capture.may_end.set()
+    assert newest.take() is None
+    newest.end()
+
+
+def test_frames_of_an_address_come_until_it_is_closed():
+    with mjpeg_server() as server, contextlib.closing(live_frames(server.address)) as frames:
+        shown = [next(frames) for _ in range(3)]
+        assert [name for name, _ in shown] == ["%s#%d" % (server.address, k) for k in range(3)]
+        assert all(frame.shape == PICTURES[0].shape for _, frame in shown)
 
 
 @pytest.mark.parametrize(

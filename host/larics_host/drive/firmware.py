@@ -95,7 +95,7 @@ class Firmware:
             start_new_session=True,  # Ctrl-C is for this program, which then ends it
         )
         try:
-            self._pipe = self._open_pipe(pipe)
+            self._pipe = self._open_pipe(pipe, start_s)
         except BaseException:
             self._process.kill()
             self._process.wait()
@@ -109,9 +109,9 @@ class Firmware:
         self.last_bytes = b""  # whole frames of the last exchange, as they came over the line
         self._unread = bytearray()
 
-    def _open_pipe(self, path):
+    def _open_pipe(self, path, limit_s):
         """Opens the pipe for writing as soon as the firmware reads it."""
-        until = time.monotonic() + 20
+        until = time.monotonic() + limit_s
         while time.monotonic() < until and self._process.poll() is None:
             try:
                 descriptor = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
