@@ -69,10 +69,12 @@ def test_what_it_saved_counts_after_a_restart_and_a_new_start(frames, tmp_path):
         wait_until(lambda: has_radius(camera, 24))
 
 
-@pytest.mark.parametrize("number, is_kept", [(os.getpid(), False), (os.getpid() + 1, True)])
-def test_the_number_of_its_process_goes_with_it(frames, tmp_path, monkeypatch, number, is_kept):
+@pytest.mark.parametrize("is_kept", [False, True])
+def test_the_number_of_its_process_goes_with_it(frames, tmp_path, monkeypatch, is_kept):
     """In this process, which is told to end once it has begun."""
-    (tmp_path / "camera.pid").write_text("%d\n" % number)
+    (tmp_path / "camera.pid").write_text(
+        "%d\n" % (os.getpid() + is_kept)
+    )  # kept: it is that of another process
     monkeypatch.setattr(drive_desk, "_relay", lambda *_: None)
     assert cli.main(["simulate", "--desk", str(frames), "--link", str(tmp_path / "camera")]) == 0
     assert not (tmp_path / "camera").is_symlink() and (tmp_path / "camera.pid").exists() is is_kept
