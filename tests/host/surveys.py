@@ -20,7 +20,7 @@ def built_from(folder, world, seed, *options, distance=True):
 def solved(tmp_path, monkeypatch, world, seed):
     """(Drive, Collected, the Graph of its map)."""
     kept = []
-    monkeypatch.setattr(build, "find_moves", lambda graph, places: kept.append(graph) or [])
+    monkeypatch.setattr(build, "find_moves", lambda graph, places, settled: kept.append(graph) or [])
     one = drive(world, seed)
     collected = collect([write_log(tmp_path / "drive.bin", one)], False)
     first, second, mm = taped(one, np.random.default_rng(seed))

@@ -117,7 +117,7 @@ def test_an_id_that_was_read_at_two_places_is_told(used, x_mm, share, words):
 
 def test_a_marker_that_was_moved_or_not_is_told_with_its_sigma(tmp_path, capsys, monkeypatch):
     """Where nothing tells of a move, its place in the map may be the one before."""
-    monkeypatch.setattr(build, "find_moves", lambda graph, places: [])
+    monkeypatch.setattr(build, "find_moves", lambda graph, places, settled: [])
     one, result = built_from(tmp_path, World(markers=9, length_m=100.0, wrong=0.0), 5016)
     assert not result.moved
     doubted = [marker for marker in read_map(tmp_path / "drive.map.json").markers if marker.sigma_mm > 50]
@@ -155,6 +155,12 @@ def test_a_neighbour_may_have_slipped_where_a_marker_was_moved():
     ):
         graph.squares = squares
         assert moves._agreed(graph, [graph.readings[0]], slack) == agreed, squares
+
+
+def test_of_several_moves_the_one_that_leaves_no_other_is_believed(tmp_path):
+    """The other one is told by a reading that a slip beside the moved marker has put off."""
+    one, result = built_from(tmp_path, World(), 17710)
+    assert result.moved == [one.hall[one.moved][0]] and result.errors.max() < 40
 
 
 def test_sides_of_two_readings_may_do_without_one():

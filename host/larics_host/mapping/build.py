@@ -118,7 +118,9 @@ def build(
         if not passages or graph.loudness() < _LAID_OUT_ANEW * noise:
             break
         noise = graph.loudness()  # much worse than thought: other passages may be of one marker then
-    moves = find_moves(graph, laid.places)
+    moves = find_moves(
+        graph, laid.places, lambda trial: settle(trial, main, lambda _: None, 0.7, is_last=True)
+    )
     settle(graph, main, progress, 0.7, is_last=True)
     doubtful = replace(graph, noises=graph.expected)  # a leg on which a wheel may have slipped is less known
     marginals = doubtful.marginals()

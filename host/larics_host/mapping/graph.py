@@ -8,10 +8,11 @@ are under a robust noise model (Huber's); which of them count at all is tested f
 
 from __future__ import annotations
 
+import copy
 import math
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,14 @@ class Graph:
     slipped: dict = field(default_factory=dict)
     link_noise: float = 1.0
     read_noise: float = 1.0
+
+    def copy(self) -> Graph:
+        """One that is solved, and whose readings and links are set aside, apart from this one."""
+        kept = {one.name: copy.copy(getattr(self, one.name)) for one in fields(self)}
+        kept["readings"], kept["links"] = (
+            [replace(one) for one in kept[name]] for name in ("readings", "links")
+        )
+        return Graph(**kept)
 
     def solve(self, robust: bool = True) -> float:
         """Moves poses, places and shares to where all that counts fits best; returns half its squares."""

@@ -10,6 +10,7 @@ of a marker that is not known.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ _NEIGHBOUR = 2.0  # gates that a reading of another marker may be off: two slips
 _NEAR = 2  # passages beside one, whose readings have to agree
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
 _STANDS_OUT = 2.0  # times as large as any other that a single reading tells of: no slip, as the others are
+_RIVALS = 4  # single readings that tell of moves, of which each may be the one that is true
 _SLIP_MM, _SLIP_MOST_MM = 10.0, 30.0  # of a wheel
 _CANCELLED = 26.4  # chi-squared, six degrees of freedom: one in 5,000, as a map has some fifty such readings
 _NO_SLIP = 0.1  # how likely a slip is on a leg that shows none
@@ -41,12 +43,14 @@ class Move(NamedTuple):
     former: int
 
 
-def find_moves(graph: Graph, places: dict[int, Place]) -> list[Move]:
+def find_moves(
+    graph: Graph, places: dict[int, Place], settled: Callable[[Graph], object] = lambda graph: None
+) -> list[Move]:
     """Gives places that were moved a second number for where they were before, which graph and places get,
-    and returns the Moves; the graph is solved.
+    and returns the Moves; the graph is solved. settled: lets a graph agree with itself, see settle.
 
     Somebody moves one marker; where several single readings tell of moves, there were slips, unless one is by
-    far the largest."""
+    far the largest, or one alone leaves nothing that tells of others, once slips have explained the rest."""
     before = [(one, one.place, one.used) for one in graph.readings]
     known = dict(graph.places), dict(graph.poses), dict(graph.shares)
     found, singles = _found(graph, places, set(graph.places))
@@ -56,9 +60,22 @@ def find_moves(graph: Graph, places: dict[int, Place]) -> list[Move]:
         graph.places, graph.poses, graph.shares = known
         for move in found:
             del places[move.former]
-        (mm, likely), (next_mm, _), *_ = sorted(singles, reverse=True)
-        found, _ = _found(graph, places, {likely} if mm > _STANDS_OUT * next_mm else set())
+        ranked = sorted(singles, reverse=True)
+        (mm, likely), (next_mm, _), *_ = ranked
+        if mm <= _STANDS_OUT * next_mm:
+            enough = [one for _, one in ranked[:_RIVALS] if _explains_all(graph, places, one, settled)]
+            likely = enough[0] if len(enough) == 1 else None
+        found, _ = _found(graph, places, {likely})
     return found
+
+
+def _explains_all(graph, places, number, settled):
+    """Whether no single reading tells of a move any more where this place was moved."""
+    trial, known = graph.copy(), dict(places)
+    if not _found(trial, known, {number})[0]:
+        return False
+    settled(trial)
+    return not _found(trial, known, set(trial.places))[1]
 
 
 def _found(graph, places, may_be_single):
