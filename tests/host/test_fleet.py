@@ -14,8 +14,9 @@ import tracemalloc
 import pytest
 
 from larics.wire import messages as m
+from larics.wire.codec import Encoder
 from larics_host import cli
-from larics_host.connection.receiver import Message
+from larics_host.connection.receiver import Message, wire_bytes
 from larics_host.connection.records import Ack, Marker, Status
 from larics_host.errors import UserError
 from larics_host.fleet import engine, sources
@@ -282,6 +283,22 @@ def test_other_kinds_of_logs_tell_the_same(fleet, tmp_path):
         got = tallied([str(one)], 1 << 30)[one.name.split(".")[0]]
         assert (got.frames, got.wrong, got.visits) == (want.frames, want.wrong, want.visits)
         assert sum(sums[1] for sums in got.readings.values()) == sum(s[1] for s in want.readings.values())
+
+
+def test_bytes_alone_are_timed_by_the_camera(fleet, tmp_path):
+    path = fleet / "logs" / "misreads" / "1.jsonl"
+    want = tallied([str(path)], 1 << 30)["1"]
+    records, encoder = [json.loads(line) for line in path.read_text().splitlines()], Encoder()
+    data = b"".join(wire_bytes(encoder, one["message"], one["sequence"], one) for one in records)
+    (tmp_path / "1.bin").write_bytes(data)
+    got = tallied([str(tmp_path / "1.bin")], 1 << 30)["1"]
+    assert (got.frames, got.wrong, got.visits) == (want.frames, want.wrong, want.visits)
+    assert got.seconds == pytest.approx(want.seconds, abs=1.5) and want.visits > 3
+    # joined, and begun anew by another boot: it goes on
+    (tmp_path / "1.bin").write_bytes(data * 2)
+    twice = tallied([str(tmp_path / "1.bin")], 1 << 30)["1"]
+    assert twice.wrong == want.wrong + want.wrong
+    assert twice.seconds == pytest.approx(2 * want.seconds, abs=3)
 
 
 def test_an_address_of_fsspec_is_read_as_a_path(fleet):

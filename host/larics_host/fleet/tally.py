@@ -19,6 +19,7 @@ from larics_host.connection.receiver import Receiver
 from larics_host.connection.records import as_json
 from larics_host.connection.source_watch import SourceWatch
 from larics_host.errors import UserError, withheld
+from larics_host.fleet.clock import Clock
 from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, lines, local_copy
 from larics_host.fleet.track import Landmark, Off, Track
@@ -349,10 +350,14 @@ def _read_whole(reader, block):
     with local_copy(block.source) as path:
         receiver = Receiver()
         reader.tally.bytes += block.source.size
-        time_s = 0.0
+        time_s, clock = 0.0, Clock()
+        is_timed = False
         for piece in read_pieces(path):
-            time_s = time_s if piece.time_s is None else piece.time_s
+            if piece.time_s is not None:
+                time_s, is_timed = piece.time_s, True
             for message in receiver.feed(piece.data, time_s):
+                if not is_timed:
+                    time_s = clock.of(message)
                 reader.tally.lines += 1
                 reader.message(time_s, NO_DATE, message.name, message.sequence, as_json(message.fields))
 
