@@ -13,6 +13,7 @@ _BIAS = const(1 << 24)  # items as in kernels.layouts
 _WORD_ID = const(0)
 _WORD_COST = const(1)
 _WORD_SECOND = const(2)
+_WORD_BLANK = const(4)
 
 WEIGHTS = const(26)  # items that `cell_weights` writes
 
@@ -21,6 +22,7 @@ _BLEACHED = const(1024)  # log units: a grey of 240
 _LEAST_CELLS = const(12)
 _ALL_WHITE = const(20)  # cells that must have been looked at, for none of them to be dark to tell something
 _DARK = const(_BIAS + 154)  # the fourth darkest cell of a coded marker shows more
+_DARK_MOST = const(_BIAS + 384)  # where print is patchy some are darker: the others are not to pass for white
 # a cell that leaves no doubt weighs 64; to be believed a word must cost that much less than the second,
 _ALL_IN_DOUBT = const(56)  # no line tells anything
 _GAP_LEAST = const(78)
@@ -30,13 +32,16 @@ _GAP_LEAST_ALONE = const(110)  # without lines that agree,
 _GAP_LEAST_PLAIN = const(80)  # of plain markers, with lines that were read,
 _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
 _COST_MOST_TURNED = const(80)  # that much,
+_BLANK_FEW = const(4)  # cells that tell nothing; for each beyond these so much more,
+_GAP_BLANK = const(8)
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
 _COST_QUARTERS = const(7)  # and at least as much as the first contradicts,
-_COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
+_COST_QUARTERS_PLAIN = const(2)  # of the empty word a quarter: what hides cells seldom darkens them
 _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
 _STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross,
-_STROKE_FEW = const(3)  # and at two places
+_STROKE_FEW = const(3)  # and at two places,
+_APART_LEAST = const(3)  # so many cells apart: a straight one that crosses at both crosses what is nearer, too
 
 
 @micropython.viper
@@ -106,20 +111,23 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
         i += 1
     if count < _LEAST_CELLS:
         return 0
+    darkest = high + high - low + 1
     if high < _DARK:
         low = _BIAS
         high = _BIAS + 256
+        darkest = _BIAS + 460
         middle = _BIAS + 128
         half = 102
         above = 83
         below = 83
     else:
+        if high > _DARK_MOST:
+            high = _DARK_MOST
         half = (high - low + 2) >> 1
         middle = ((high - low) * neutral) >> 8
         middle += low
         above = 83 - (((128 - neutral) * 5) >> 4)
         below = 83 + (((128 - neutral) * 5) >> 4)
-    darkest = high + half + half
     lightest = low - half
     # the white beside the dark cells in order, after an item less than any, to know its middle, or where
     # there are few, beside all
@@ -249,29 +257,37 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
         if value > 0:
             total += value
             dark += 1
+        elif int(depths[i]) > darkest:
+            total += 64  # no cell of a coded marker, but of a plain one neither
+            dark += 1
         elif value < 0 and (hidden >> i) & 1:
             weights[i] = _BIAS
         i += 1
     # dark cells that one stroke may have made: there is none between them that is white, or they are few
-    if total > 64 and dark <= _STROKE_MOST:
+    if total > 64:
         strokes = 0
-        seen = 0
+        near = 0
+        if dark > _STROKE_MOST:
+            near = 1
+        white = _APART_LEAST
         i = 0
         while i < 48:
             slot = i
             if i >= 24:
                 slot = i - 24
             value = int(weights[slot]) - _BIAS
-            if value > 0:
-                if seen == 0 and i >= 24:  # by then it is known what came before the first
+            if value > 0 or int(depths[slot]) > darkest:
+                if white and i >= 24:  # by then it is known what came before the first
                     strokes += 1
-                seen = 1
-            elif value < 0:
-                seen = 0
+                    if white < _APART_LEAST:
+                        near = 1
+                white = 0
+            elif value < 0 or white:
+                white += 1
             i += 1
-        if strokes < 3 and dark <= _STROKE_FEW:
+        if near == 0 and strokes < 3 and dark <= _STROKE_FEW:
             total -= ((total - 64) * 3) >> 2
-        elif strokes < 2:
+        elif near == 0 and strokes < 2:
             total -= (total - 64) >> 1
     weights[25] = total
     return count
@@ -309,8 +325,13 @@ def believed_word(lines_id: int, gap: int, is_turned: int, weights: ptr32, resul
             told = 0
         elif told & 7 != lines_id:
             return 0
-        elif gap > plain - cost:
-            gap = plain - cost
+        else:
+            if gap > plain - cost:
+                gap = plain - cost
+            # another word may hide where nothing is seen
+            count = int(result[_WORD_BLANK]) - _BLANK_FEW
+            if count > 0:
+                least += count * _GAP_BLANK
     if is_turned:
         least = _GAP_LEAST_TURNED
         if cost > _COST_MOST_TURNED:
