@@ -218,7 +218,7 @@ def certain_word(before, after, result):
 
 def believed_word(before, after, result):
     """The cheaper of the word and, with lines that were read, plainness; beyond doubt of whatever else."""
-    lines_id, _, turned, weights, (told, cost, second, _, _) = before
+    lines_id, _, turned, weights, (told, cost, second, _, blank) = before
     believed = result & 4095
     costs = {told: cost}
     doubt = lines_id >> 3
@@ -237,7 +237,7 @@ def believed_word(before, after, result):
     if lines_id and first == 0 < told:
         gap = cost - costs[0]
     if lines_id:
-        least = min(78, 48 + costs[first]) if first else 80
+        least = min(78, 48 + costs[first]) + 8 * max(0, blank - 4) if first else 80
     if turned:
         least = 78
     quarters = 7 if first else 2
