@@ -245,7 +245,10 @@ def test_cells_tell_more_than_lines_or_take_their_belief():
 def test_cells_that_motion_washes_out_look_like_none():
     lines = Lines()
     for motion, told, margin, expected in (
-        (6, PLAIN, 119, 5),
+        (6, PLAIN, 53, 5),
+        (6, PLAIN, 52, -1),
+        (0, PLAIN, 52, -1),
+        (6, 21, 52, 21),
         (7, PLAIN, 120, 5),
         (7, PLAIN, 119, -1),
         (7, 21, 119, 21),

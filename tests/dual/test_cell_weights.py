@@ -64,6 +64,24 @@ def test_how_dark_the_fourth_cell_of_a_coded_marker_is():
         assert cells._weigh() and cells._weights[8] - BIAS == weight, depth
 
 
+def test_where_print_is_patchy_what_is_less_dark_is_dark_all_the_same():
+    for others, depth, weight in ((600, 180, 0), (600, 181, 17), (384, 181, 17), (600, 300, 61)):
+        cells = reader()
+        dark = [cell for cell in range(24) if show(cells, ID) >> cell & 1]
+        for cell in dark:
+            cells.depths[cell] = BIAS + others
+        cells.depths[dark[0]] = BIAS + depth
+        assert cells._weigh() and cells._weights[dark[0]] - BIAS == weight, (others, depth)
+
+
+def test_how_much_darker_than_the_others_ink_may_be():
+    for depth, weight in ((721, 64), (722, 0)):  # twice as dark
+        cells = reader()
+        dark = [cell for cell in range(24) if show(cells, ID) >> cell & 1]
+        cells.depths[dark[0]] = BIAS + depth
+        assert cells._weigh() and cells._weights[dark[0]] - BIAS == weight, depth
+
+
 def test_cells_are_believed_less_the_more_light_is_on_them():
     dark = golay.cells(ID)
     white_cell = [cell for cell in range(24) if not dark >> cell & 1][0]

@@ -79,6 +79,22 @@ def test_by_how_much_a_word_must_cost_less_than_the_second():
             assert found & 4095 == believed, (lines_id, told, turned, gap - short)
 
 
+def test_the_more_cells_tell_nothing_the_more_a_second_word_must_cost():
+    for lines_id, blank, gap, believed in (
+        (5, 4, 48, True),
+        (5, 5, 55, False),
+        (5, 5, 56, True),
+        (5, 9, 87, False),
+        (5, 9, 88, True),
+        (0, 9, 110, True),  # without lines it must anyway
+        (16 + 5, 9, 78, True),
+    ):
+        weights, result = array("i", bytes(4 * 26)), array("i", (ID, 0, gap, 0, blank))
+        weights[25] = 500
+        found = cell_words.believed_word(lines_id, 0, 0, weights, result)
+        assert (found & 4095) == (1 + ID if believed else 0), (lines_id, blank, gap)
+
+
 def test_what_a_word_may_cost_and_what_makes_it_sure():
     for lines_id, told, turned, cost, gap, plain, margin in (
         (5, ID, 1, 80, 140, 500, 54),  # where the orientation line is not seen, a word may cost no more

@@ -47,6 +47,7 @@ def believed_word(random):
                     result = ints(5, random)
                     result[0], result[1] = marker_id, cost
                     result[2] = cost + random.between(0, most)
+                    result[4] = random.between(0, 24)
                     weights = ints(26, random, BIAS - 64, BIAS + 64)
                     weights[25] = random.between(0, min(most, 1536))
                     yield (lines_id, 0, turned, weights, result)

@@ -41,7 +41,7 @@ _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
 _STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross,
 _STROKE_FEW = const(3)  # and at two places,
-_APART_LEAST = const(3)  # so many cells apart: a straight one that crosses at both crosses what is nearer, too
+_APART_LEAST = const(3)  # so many cells apart: a straight one crosses what is nearer, too
 
 
 @micropython.viper
