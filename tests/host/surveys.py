@@ -1,11 +1,12 @@
-"""Maps of drives that survey_drives makes up, and parts of their graphs, for tests of how maps are built."""
+"""Maps of simulated drives, and parts of their graphs, for tests of how maps are built."""
 
 import numpy as np
 
 from larics_host.mapping import build
 from larics_host.mapping.collect import collect
 from larics_host.mapping.graph import Reading
-from tools.survey_drives import drive, score, taped, write_log
+from tools.simulated_drives import drive, write_log
+from tools.survey_drives import score, taped
 
 
 def built_from(folder, world, seed, *options, distance=True):

@@ -14,7 +14,7 @@ from larics_host.errors import UserError
 from larics_host.logs import columns
 from larics_host.logs.columns import read_columns
 from larics_host.logs.log_reader import read_pieces
-from tools.survey_drives import Drive, World, drive, messages_of, write_log
+from tools.simulated_drives import Drive, World, drive, messages_of, write_log
 
 NAMES = ("MARKER", "MOTION")
 

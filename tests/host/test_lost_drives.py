@@ -11,7 +11,8 @@ from larics_host.mapping.poses import after
 from larics_host.mapping.seams import seam
 from larics_host.mapping.sightings import Seen, Sighting, Stretch
 from larics_host.mapping.wheels import Way
-from tools.survey_drives import World, drive, score, write_log
+from tools.simulated_drives import World, drive, write_log
+from tools.survey_drives import score
 
 
 def driven(jump, sigma=0.0, beside=()):

@@ -16,7 +16,8 @@ from larics_host.mapping.links import Place
 from larics_host.mapping.mapfile import read_map
 from larics_host.mapping.poses import after
 from tests.host.surveys import built_from
-from tools.survey_drives import World, drive, score, taped, write_log
+from tools.simulated_drives import World, drive, write_log
+from tools.survey_drives import score, taped
 
 
 def test_a_hall_from_one_drive(tmp_path, capsys):

@@ -10,8 +10,9 @@ from larics_host.mapping.graph import Graph, _leg_error, _reading_error
 from larics_host.mapping.poses import after, inverse
 from larics_host.mapping.wheels import _VIEW_SIGMA, View, Way
 from tests.host.surveys import built_from, solved
-from tools import survey_drives
-from tools.survey_drives import World, taped
+from tools import simulated_drives
+from tools.simulated_drives import World
+from tools.survey_drives import taped
 
 
 def test_slopes_of_the_factors():
@@ -123,17 +124,17 @@ def test_covariances_are_those_of_gtsam(tmp_path, monkeypatch):
 
 def _slipping_drive(tmp_path, monkeypatch, at):
     """(indices of passages, the Graph) of a drive on which a wheel slips far in a step."""
-    step, ways = survey_drives._Wheels.step, []
+    step, ways = simulated_drives._Wheels.step, []
 
     def slipping(self, ahead, turn):
         step(self, ahead, turn)
         ways.append(self.driven)
         if len(ways) == at:
-            moved, turned = 9.0, 18.0 / survey_drives.TRACK_MM
-            survey_drives._move(self.odometry, moved, turned)
+            moved, turned = 9.0, 18.0 / simulated_drives.TRACK_MM
+            simulated_drives._move(self.odometry, moved, turned)
             self.way, self.turn = self.way + moved, self.turn + turned
 
-    monkeypatch.setattr(survey_drives._Wheels, "step", slipping)
+    monkeypatch.setattr(simulated_drives._Wheels, "step", slipping)
     world = World(markers=9, length_m=100.0, moved=False, slips=0.0, wrong=0.0)
     _, collected, graph = solved(tmp_path, monkeypatch, world, 5009)
     return collected.drives[0].passages, graph
@@ -212,7 +213,7 @@ def test_readings_tell_how_noisy_they_are(tmp_path, monkeypatch):
     world = World(markers=9, length_m=100.0, moved=False, slips=0.0, wrong=0.0)
     _, _, graph = solved(tmp_path, monkeypatch, world, 5009)
     assert 0.3 <= graph.read_noise < 0.8 and graph.noise < 0.0008
-    read, rng = survey_drives._Camera.read, np.random.default_rng(4)
+    read, rng = simulated_drives._Camera.read, np.random.default_rng(4)
     offs = []
 
     def noisy(self, frame, pose, hall):
@@ -223,7 +224,7 @@ def test_readings_tell_how_noisy_they_are(tmp_path, monkeypatch):
             offs[-1] = (frame, offs[-1][1])
         return [(one, *(np.array(values) + offs[-1][1])) for one, *values in seen]
 
-    monkeypatch.setattr(survey_drives._Camera, "read", noisy)
+    monkeypatch.setattr(simulated_drives._Camera, "read", noisy)
     _, _, graph = solved(tmp_path, monkeypatch, world, 5009)
     assert 3 < graph.read_noise < 15 and graph.noise < 0.003
 

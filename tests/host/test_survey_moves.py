@@ -13,7 +13,7 @@ from larics_host.mapping.links import Place
 from larics_host.mapping.mapfile import read_map
 from larics_host.mapping.wheels import Way
 from tests.host.surveys import built_from, reading
-from tools.survey_drives import World
+from tools.simulated_drives import World
 
 
 def test_what_goes_before_a_slip_at_the_end_of_a_drive_is_no_move():
