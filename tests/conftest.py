@@ -1,10 +1,15 @@
-"""In which order and by how many processes the tests are run."""
+"""In which order and by how many processes the tests are run, and that none is judged by its time."""
 
 import os
 from itertools import islice
 
+import hypothesis
 import pytest
 
+hypothesis.settings.register_profile(
+    "any time", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("any time")
 _WORKERS_PER_CORE = 2  # many tests wait: for a line, another process, a vehicle's clock
 
 

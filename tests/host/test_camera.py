@@ -139,7 +139,7 @@ def test_map_pose_follows_from_offset_and_heading(vx, vy, vehicle, marker, dx, d
 # detection's own rounding (q8, cdeg) is in them.
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(data=st.data())
 def test_offset_and_heading_with_everything_switched_on(data):
     number = lambda low, high: data.draw(st.floats(low, high))  # noqa: E731
@@ -176,7 +176,7 @@ def test_offset_and_heading_with_everything_switched_on(data):
     assert abs(out.ring_height_mm10 / 10 - z) < above * (0.0012 + 0.6 / d.radius_q8)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     k1=st.floats(-0.15, 0.1),
     k2=st.floats(0, 0.08),
@@ -201,7 +201,7 @@ def test_wide_lens(k1, k2, px, py, heading, z):
     assert abs(angle_difference(out.heading_cdeg / 100, heading)) < 0.03
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     x=st.floats(-250, 250),
     y=st.floats(-250, 250),
@@ -238,7 +238,7 @@ def test_a_mirrored_sensor_reads_the_coding_lines_in_the_opposite_order():
 # ------------------------------------------------------------------ small integers
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(data=st.data())
 def test_every_intermediate_is_a_small_integer_whatever_is_detected(data):
     whole = lambda low, high: data.draw(st.integers(low, high))  # noqa: E731

@@ -54,7 +54,7 @@ damages = st.lists(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(damages, st.sampled_from([64, 131, 5000, 1 << 22]))
 def test_damaged_bytes_give_what_a_decoder_delivers(tmp_path_factory, damage, block):
     data = bytearray(wire())

@@ -54,7 +54,7 @@ def test_clocks_that_run_one_percent_apart_are_followed(drift_ppm):
     assert statistics.pstdev(found) < 1 and max(map(abs, found)) < 5
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_whatever_comes_every_result_is_a_small_integer(data):
     whole = lambda low, high: data.draw(st.integers(low, high) | st.sampled_from([low, high]))  # noqa: E731

@@ -150,7 +150,7 @@ def float_window(frame, x0, y0, half, box, share):
     return window
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     x0=st.integers(0, WIDTH - 1),
     y0=st.integers(0, HEIGHT - 1),

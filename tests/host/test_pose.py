@@ -37,7 +37,7 @@ def in_view(vehicle, reach_mm=800):
     return [m for m in MARKERS if math.dist(m[1:3], vehicle[:2]) < reach_mm]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(x=st.floats(-500, 500), y=st.floats(-500, 500), heading=st.floats(0, 360), speed=st.floats(-400, 1500),
        turn=st.floats(-60, 60), period_us=st.sampled_from([16667, 33333, 357000]))  # fmt: skip
 def test_poses_follow_an_arc(x, y, heading, speed, turn, period_us):
@@ -66,7 +66,7 @@ def test_poses_follow_an_arc(x, y, heading, speed, turn, period_us):
         last = found.sigma_mm10 if state != LOST else 0
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(data=st.data())
 def test_a_wrong_marker_never_moves_a_tracked_pose(data):
     """One or two frames in a row that put the vehicle elsewhere are refused, whatever they say."""
@@ -84,7 +84,7 @@ def test_a_wrong_marker_never_moves_a_tracked_pose(data):
         assert near < 1 or found.state == TRACKING or found.fault
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(data=st.data())
 def test_every_intermediate_is_a_small_integer(data):
     whole = lambda low, high: Small(data.draw(st.integers(low, high)))  # noqa: E731

@@ -51,7 +51,7 @@ def frames(draw):
     return frame.clip(0, 255).astype(np.uint8), draw(st.sampled_from([None, window]))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(frames(), st.randoms())
 def test_every_frame_comes_as_it_was_in_any_order_with_any_loss(made, order):
     frame, window = made
@@ -92,7 +92,7 @@ def test_pixels_asked_for_again_come_in_chunks_of_their_own():
     assert (raw.frame().array() == frame).all() and rounds > 20
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.binary(min_size=64, max_size=64), st.integers(0, 8), st.integers(1, 505), st.integers(1, 16), st.data()
 )

@@ -99,7 +99,7 @@ def test_mcap_and_csv_become_the_same_messages(log):
     assert 10 < len(markers) < len(pieces)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_every_message_goes_to_json_and_back(data):
     _, number, _, fields = data.draw(st.sampled_from(protocol.MESSAGES))

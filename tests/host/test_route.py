@@ -44,7 +44,7 @@ def routes(draw):
     return ids
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(ids=routes(), seen=st.lists(st.integers(1, 6), min_size=1, max_size=9), data=st.data())
 def test_position_is_that_of_the_cheapest_story(ids, seen, data):
     start = data.draw(st.integers(-1, len(ids) - 1))
@@ -69,7 +69,7 @@ def test_position_is_that_of_the_cheapest_story(ids, seen, data):
         assert "\n" not in route.describe(meaning, marker_id)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(ids=routes(), laps=st.integers(1, 3), drop=st.integers(0, 30), wrong=st.integers(0, 30))
 def test_a_clean_drive_is_followed_and_one_disturbance_forgotten(ids, laps, drop, wrong):
     """From a known start a drive without errors is always ON_ROUTE; after a missing marker or a foreign one

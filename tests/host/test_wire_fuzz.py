@@ -45,7 +45,7 @@ def frames(draw):
     return bytes(buffer[: framing.seal(buffer, 1 + len(content))])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(pieces=st.lists(frames() | st.binary(max_size=200), max_size=12), step=st.integers(1, 300))
 @example(pieces=[b"\0\0", b"\1\0", b"\xff" * 400, b"\0"], step=3)
 def test_any_bytes_and_each_frame_counts_once(pieces, step):
@@ -96,7 +96,7 @@ def requests(draw):
     return number, draw(st.integers(0, 65535) | st.integers(0, 9)), values
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(wanted=st.lists(requests(), max_size=40), seconds=st.lists(st.integers(0, 40), max_size=40))
 def test_any_requests_are_answered_within_their_ranges(wanted, seconds):
     uptime = Uptime()
@@ -119,7 +119,7 @@ def test_any_requests_are_answered_within_their_ranges(wanted, seconds):
     Settings(chosen.as_dict())  # what was set is a sound whole
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(pieces=st.lists(frames() | st.binary(max_size=60), max_size=12))
 def test_any_bytes_as_answers_to_the_host(pieces):
     heard = []
