@@ -2,7 +2,6 @@
 
 from larics.direct.reader import DirectReader
 from larics.marker import LARICS3, verdicts
-from larics.marker.detection import Detection
 
 
 class Scripted:
@@ -201,12 +200,3 @@ def test_rings_much_of_which_is_covered_are_those_of_a_marker_whose_cells_tell()
         verdict, last = covered(faint, told, marker_id, coded)
         assert verdict == expected[0], (faint, told, marker_id, coded)
         assert not (coded or faint) or last == expected[1], (faint, last)
-
-
-def test_a_radius_is_told_beyond_what_oblique_rows_make_of_it():
-    for radius_q8, told_q8 in ((7680, 7684), (15360, 15368)):
-        reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
-        reader.rings.radius_q8 = radius_q8
-        found = Detection()
-        reader.tell(found)
-        assert found.radius_q8 == told_q8

@@ -7,7 +7,7 @@ from larics.blurred.blur_model import SIGMAS
 from larics.direct import uncertainty
 from larics.direct.reader import DirectReader
 from larics.kernels import layouts
-from larics.marker import LARICS3, verdicts
+from larics.marker import LARICS3
 from larics.marker.detection import Detection
 
 
@@ -135,68 +135,3 @@ def test_rows_and_columns_cross_a_ring_obliquely():
         made.rings.radius_q8, made.rings.line_q10 = radius_q8, line_q10
         made.tell(found)
         assert found.radius_q8 == told_q8, radius_q8
-
-
-class Script:
-    """Stands for rings, lines, acceptance and robust fit of a reader: all holds but the line, in the end."""
-
-    radius_q8 = 8000
-    moved_q10 = code = angle_turn16 = 0
-    line_q10, area = 119, 1
-
-    def __init__(self, centre_moved_q10):
-        self.centre_moved_q10 = centre_moved_q10
-        self.passes = []
-
-    def start(self, x_q10, y_q10, radius_q8):
-        pass
-
-    def coarse(self, *rest):
-        return True
-
-    def refine(self, frame, *rest):
-        self.passes.append(rest[-1])
-        return True
-
-    def first_look(self, rings, deviation_q10):
-        return True
-
-    def find_orientation(self, frame, rings):
-        return 1
-
-    def read_code(self, frame, rings):
-        pass
-
-    def skip_lines(self, lines):
-        pass
-
-    def rings(self, *measured):
-        return verdicts.ACCEPTED
-
-    def fit(self, rings):
-        return True
-
-    def take_centre(self, robust):
-        return self.centre_moved_q10
-
-    def orientation(self, lines, rings):
-        return verdicts.NO_ORIENTATION
-
-    margin = 0
-
-
-class Scale:
-    radii = None
-    radius_min_q8 = radius_max_q8 = 0
-
-    class edges:
-        edges = None
-
-
-def test_where_the_centre_moves_the_line_is_measured_twice():
-    for moved_q10, times in ((40, 1), (41, 2)):
-        made, script = reader(), Script(moved_q10)
-        made.rings = made.lines = made.acceptance = made.robust = script
-        made._turn_by_code = lambda frame: False
-        assert made.examine(None, Scale, 1, 0, 0, 0) == verdicts.NO_ORIENTATION
-        assert script.passes[-1] == times, moved_q10
