@@ -29,6 +29,10 @@ class Code:
     scope: int = 0
     children: list[Code] = field(default_factory=list)
 
+    @property
+    def is_bytecode(self) -> bool:
+        return self.kind == _BYTECODE
+
 
 class MpyFile:
     """names    the texts it refers to; the first one is the name of its source file

@@ -21,6 +21,7 @@ from typing import Any
 
 from larics_host.flash import (
     build,
+    bytecode,
     flat_modules,
     joined_modules,
     machine_code,
@@ -111,6 +112,7 @@ def _compiled(root, march, in_place, also, keep, loads, lacks):
     for name, file in read.items():
         module = build.module_of(name)
         file.names = [places[module], *[renamed.get(n, n) for n in file.names[1:]]]
+        bytecode.share_names(file, has_lines=in_place)
         if in_place:
             described[places[module]] = tracebacks.described(holds[module][0], texts[name], renamed)
         else:
