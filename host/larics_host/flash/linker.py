@@ -103,15 +103,23 @@ def _is_fallback(node: ast.AST) -> bool:
 
 
 def _without_fallbacks(module: _Module) -> None:
-    """A board is always MicroPython: what CPython needs instead goes."""
+    """A board is always MicroPython: what CPython needs instead goes, and what it alone looks at."""
     text = module.text.splitlines(keepends=True)
     for node in module.tree.body:
         if isinstance(node, ast.Try) and _is_fallback(node):
             text[node.lineno - 1] = "if 1:\n"
             for line in range(node.handlers[0].lineno - 1, node.end_lineno or node.lineno):
                 text[line] = "\n"
-    module.text = "".join(text)
+    module.text = edited("".join(text), _slots(ast.parse("".join(text))))
     module.tree = ast.parse(module.text)
+
+
+def _slots(tree: ast.Module) -> list[tuple[ast.stmt | ast.expr, str]]:
+    return [
+        (node, "pass")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__slots__"
+    ]
 
 
 def _read_imports(module: _Module, modules: Mapping[str, _Module]) -> None:

@@ -22,6 +22,9 @@ _OPTIONS = (
     "-fno-jump-tables", "-fno-tree-switch-conversion", "-fno-tree-loop-distribute-patterns",
     "-fno-asynchronous-unwind-tables", "-fno-stack-protector", "-fcf-protection=none",
     "-fno-toplevel-reorder", "-nostdlib", "-static",
+    # what these would do makes longer code of the kernels
+    "-fno-expensive-optimizations", "-fno-move-loop-invariants", "-fno-tree-loop-optimize",
+    "-fira-algorithm=priority", "-fno-schedule-insns2", "-fno-if-conversion",
 )  # fmt: skip
 _SECTION = "    .code%(n)d : ALIGN(16) { *(.code%(n)d.entry) *(.code%(n)d.rest) }\n"
 _LAYOUT = """
