@@ -2,7 +2,7 @@
 
 Once names are shared (flash.short_names), many of a file's names are the same text. Here what refers to them
 refers to the first, the table of names is as long as there are different ones, and the most used ones come
-first: their numbers take one byte instead of two, wherever they stand.
+first: their numbers take one byte instead of two, wherever they stand. What a class says of its name goes.
 
 The format is that of MicroPython's py/bc0.h and py/bc.h for .mpy version 6.3.
 """
@@ -48,6 +48,9 @@ def share_names(file: MpyFile, has_lines: bool) -> None:
     if any(not code.is_bytecode for code in codes):
         return
     functions = [_Function(code.data, has_lines) for code in codes]
+    if not has_lines:
+        for function in functions:
+            function.forget_class(file.names)
     first, *others = file.names
     if not has_lines:
         used = Counter(file.names[number] for function in functions for number in function.names())
@@ -85,6 +88,12 @@ class _Function:
         while self._at < len(data):
             self._instructions.append(self._instruction())
         self._end = self._at
+
+    def forget_class(self, names: Sequence[str]) -> None:
+        """Takes out what a class first says of itself, module and whole name, which nobody asks for."""
+        told = [names[one.name] if one.kind == _NAME else "" for one in self._instructions[:4]]
+        if told[:2] == ["__name__", "__module__"] and told[3:] == ["__qualname__"]:
+            del self._instructions[:4]
 
     def names(self) -> Iterator[int]:
         yield from self._called

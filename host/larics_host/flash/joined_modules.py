@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from larics_host.flash.module_names import Source, Thing, bound_at_once, local_names
 
 # of one joined module: with more, a board has to hold further names to tell them apart
-_MOST_NAMES = 50
+_MOST_NAMES = 75
 
 
 @dataclass(frozen=True)

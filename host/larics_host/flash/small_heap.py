@@ -1,7 +1,8 @@
 """The program for a board with little memory: smaller, at the price of readable tracebacks.
 
     machine code   of the kernels comes from a C compiler, where there is one for the board
-    names          are those that MicroPython has anyway (flash.short_names)
+    names          are those that MicroPython has anyway (flash.short_names), each in a file
+                   once (flash.bytecode)
     modules        have such names, too, without packages; kernels are few modules (flash.flat_modules),
                    and so is the rest (flash.joined_modules), but where files are read in place
     texts          of errors and of reasons are left out (flash.silent)
