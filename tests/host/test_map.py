@@ -81,6 +81,10 @@ def test_a_hall_from_a_log_with_wrong_readings(tmp_path, capsys):
     off = errors(out, hall)
     assert off[:, 0].max() < 8 and off[:, 1].max() < 0.25
     assert mapfile.read_map(out).markers[0].height_mm == 2750.0
+    in_metres = "%d,%d,0.9" % (hall[0][0], hall[1][0])
+    assert larics_map("build", log, "-o", tmp_path / "no.json", "--distance", in_metres) == 2
+    text = capsys.readouterr().err
+    assert "millimetres" in text and text.count("\n") == 1 and not (tmp_path / "no.json").exists()
     assert cv2.imread(str(png)).shape[0] > 300
 
 

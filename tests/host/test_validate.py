@@ -86,6 +86,9 @@ def test_a_log_is_scored_like_a_method_and_versions_are_compared(folder, tmp_pat
     new = log_of(folder, tmp_path / "new.jsonl", capsys, spoil)
     assert validate(folder, "--detections", old, "--against", new, "--json", "-") == 0
     result = json.loads(capsys.readouterr().out)
+    old.write_text(old.read_text().replace("/", "\\\\"))  # as Windows writes names of frames
+    assert validate(folder, "--detections", old, "--against", new, "--json", "-") == 0
+    assert json.loads(capsys.readouterr().out)["methods"] == result["methods"]
     first, second = result["methods"]
     assert (first["label"], second["label"]) == ("old", "new") and first["detected_pct"] == 75.0
     assert (second["wrong"], second["uncertain"], second["false_positives"]) == (1, 1, 1)

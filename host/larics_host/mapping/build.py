@@ -91,12 +91,26 @@ class Built:
         return Sigmas(float(spread[:2].max()), math.degrees(spread[2]))
 
 
+_CONTRADICTED = (
+    "what is given is so far from what the logs tell that no map can be made of both: are distances and "
+    "places in millimetres, and of these IDs?"
+)
+_UNDETERMINED = "these logs do not determine one map: drive by the markers once more"
+
+
 def build(
     collected: Collected, request: Request, progress: Callable[[float], object] = lambda done: None
 ) -> Built:
     """The Built of what was collected. UserError when no two markers are tied, when what is known by hand is
     not of one marker each, and when the drives do not make one map. progress is told the share that is
     done."""
+    try:
+        return _build(collected, request, progress)
+    except (np.linalg.LinAlgError, RuntimeError):  # gtsam's of a system that nothing determines
+        raise UserError(_CONTRADICTED if request.lengths() else _UNDETERMINED) from None
+
+
+def _build(collected, request, progress):
     graphs.needed()
     noise = _NOISE
     for attempt in range(_LAYOUTS):

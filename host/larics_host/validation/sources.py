@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -69,7 +70,7 @@ def read_log(path: StrPath) -> Detections:
                 why = "is damaged" if line.endswith("\n") else "was cut off"
                 why += ": write the file again with larics detect --json"
             raise UserError("%s line %d %s" % (path, number, why))
-        detections.by_frame[base_name(name)] = found
+        detections.by_frame[re.split(r"[/\\]", name)[-1]] = found  # of any operating system
     if not detections.by_frame:
         raise UserError("%s holds no frame" % path)
     return detections
