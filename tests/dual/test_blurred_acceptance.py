@@ -242,6 +242,15 @@ def test_cells_tell_more_than_lines_or_take_their_belief():
     assert lines_verdict(lines, judge=judge, cells=Cells(21, 90))[0] == verdicts.ID_UNCERTAIN
 
 
+def test_what_a_first_reading_may_leave_beside_a_bit():
+    for position in (2, 4, 6):
+        for left, noise, too_uneven in ((320, 0, False), (321, 0, True), (330, 5, False), (331, 5, True)):
+            lines = Lines()
+            lines.noise = noise
+            lines.residuals[position] = left
+            assert acceptance().too_uneven(lines) == too_uneven, (position, left, noise)
+
+
 def test_cells_that_motion_washes_out_look_like_none():
     lines = Lines()
     for motion, told, margin, expected in (

@@ -61,6 +61,44 @@ def test_clean_rings_give_their_own_centre_and_perspective():
     assert np.sqrt(robust.variance) / 1024 < 0.01
 
 
+def noisy_rings(seed, noise, missing):
+    """Rings that lack sectors, of 0..15 and 16..31 the inner one's, and whose residuals are noisy."""
+    rings = np.array(rings_of(0.1, -0.06)) + np.random.default_rng(seed).normal(0, noise, (2, 16))
+    made = Rings(*rings)
+    for sector in missing:
+        (made.outer_means if sector < 16 else made.inner_means)[sector % 16] = 0
+    return made
+
+
+def test_what_is_assumed_where_sectors_do_not_tell_it():
+    """By default the rings are as far apart, and of such radii, as print and camera make them: values as of
+    the limits in use, from which twice and half of either are at least three times as far away."""
+    arc = [*range(9), *range(16, 25)]
+    for made, expected in (
+        (noisy_rings(2, 0.05, range(16, 27)), (134, -6)),  # halved and doubled: (107, -27), (165, 33)
+        (noisy_rings(3, 0.2, arc), (-60, -101)),  # of the radii: (-75, -81), (-42, -159)
+    ):
+        x, y, _ = fitted(made)
+        assert (round(x * 1024), round(y * 1024)) == pytest.approx(expected, abs=4)
+
+
+def test_an_arc_alone_has_at_most_four_times_the_variance_that_it_leaves():
+    arc = [*range(9), *range(16, 25)]
+    for noise in (0.05, 0.2):
+        robust = fitted(noisy_rings(3, noise, arc))[2]
+        assert robust.variance == robust.square * 4095 >> 10
+
+
+def test_a_centre_that_would_move_by_more_than_a_pixel_is_none():
+    for x, apart, is_fitted in ((0.9, 0.1, True), (0.98, 0.1, False), (-0.98, -0.1, False)):
+        for swap in (False, True):
+            outer, inner = rings_of(x, 0, apart)
+            if swap:  # x becomes y
+                outer, inner = (np.roll(ring, 4) for ring in (outer, inner))
+            robust = RobustCentre(np.zeros(layouts.ROBUST_ITEMS, np.int32))
+            assert robust.fit(Rings(outer, inner)) == is_fitted, (x, apart, swap)
+
+
 class Steps:
     """The kernels, with the steps of a fit counted."""
 

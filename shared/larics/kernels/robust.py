@@ -28,7 +28,6 @@ _ROBUST_SCALE = const(236)
 _ROBUST_USED = const(237)
 _ROBUST_SQUARE = const(238)
 
-_LEAST_Q6 = const(6)  # share of the rings' mean area, below which a sector weighs no less
 _FLOOR_Q10 = const(8)  # smallest spread that is believed
 _CUT = const(5)  # spreads from the fit at which a sector counts nothing
 _FARTHEST = const(511)
@@ -59,8 +58,6 @@ def begin_robust(work: ptr32, fit: ptr32, outer_means: ptr32, inner_means: ptr32
             if depth > area:
                 depth = area
             weight = (depth << 6) // area
-            if weight < _LEAST_Q6:
-                weight = _LEAST_Q6
             weight = (weight * weight) >> 6
             if weight < 1:
                 weight = 1
