@@ -44,7 +44,7 @@ def test_the_whole_firmware_runs_and_answers(firmware):
     assert [row[0] for row in rows] == ["ready", "frames", *commands]
     assert [row[4] for row in rows[:-1]] == [0, 50, board_memory.STEPS, board_memory.STEPS]
     assert all(whole for *_, whole, _ in rows), "some of the detector was left out"
-    assert all(free > 24 << 10 for _, _, free, *_ in rows)
+    assert all(free > 44 << 10 for _, _, free, *_ in rows)
     kinds = [message.name for message in messages]
     assert kinds.count("ACK") == len(commands) and "NACK" not in kinds and "RAW_CHUNK" in kinds
     read = {message.fields.id for message in messages if message.name == "MARKER" and message.fields.count}
