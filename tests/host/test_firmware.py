@@ -97,12 +97,13 @@ def test_every_frame_is_reported_and_right(recording, method):
 
 def test_frames_that_come_too_fast_are_skipped_and_counted(recording):
     folder, _ = recording
-    messages, _ = run(folder, "--fps", "1000", "--rounds", "9")
+    # once: a whole round later there would be the same picture again, which is no new frame
+    messages, _ = run(folder, "--fps", "1000000", "--rounds", "1")
     status = of(messages, "STATUS")[-1]
-    assert status.missed > COUNT and status.frames + status.missed == 9 * COUNT
+    assert status.missed > 0 and status.frames + status.missed == COUNT
     frames = [marker.frame for marker in of(messages, "MARKER")]
     assert frames == sorted(frames) and len(set(frames)) + status.drops == status.frames
-    assert frames[-1] == 9 * COUNT - 1
+    assert frames[-1] == COUNT - 1
 
 
 def test_a_calibrated_camera_reports_millimetres(recording, tmp_path):
