@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _PIECE = 4096
 _RETRY_S = 0.2
+_WRITE_S = 5  # or this computer stood still meanwhile
 _PATIENCE = 5  # tries
 
 
@@ -38,7 +39,7 @@ class SerialSource:
         self.baud = baud
         self.settings = (port, baud, timeout_s)
         self.identity = identity_of(port)
-        self._port = open_port(port, baud, timeout_s, write_timeout_s=1)
+        self._port = open_port(port, baud, timeout_s, write_timeout_s=_WRITE_S)
 
     def read(self) -> bytes:
         """What has arrived, as bytes. Raises ConnectionLost when the port has gone."""
@@ -51,7 +52,7 @@ class SerialSource:
             raise ConnectionLost("the port %s vanished while reading" % self.name) from error
 
     def write(self, data: bytes) -> None:
-        """Sends bytes. Raises ConnectionLost when the port has gone or takes nothing for a second."""
+        """Sends bytes. Raises ConnectionLost when the port has gone or does not take them in time."""
         try:
             self._port.write(data)
         except (serial.SerialException, OSError) as error:
