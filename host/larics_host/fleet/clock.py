@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from larics_host.connection.receiver import Message
 
-_RATE_HZ = (
-    10.0  # before the second STATUS; rather slow, as a gap that was none would part what belongs together
-)
+# before the second STATUS; rather slow, as a gap that was none would part what belongs together
+_RATE_HZ = 10.0
 _STATUS_S = 1.0  # between two STATUS
 
 
