@@ -284,11 +284,12 @@ class GrowingFile:
 # without --force, and frames and what lies beside them not without --overwrite. Pictures and pages are drawn
 # anew each time: they take the place of a picture or a page, and of nothing else.
 PICTURE, PAGE = b"\x89PNG", b"<!doctype html"  # how files begin that are drawn anew each time
+_ENDS = {PICTURE: (".png",), PAGE: (".html", ".htm")}
 
 
 def refuse_other(path: StrPath, kind: bytes, read: Iterable[StrPath] = ()) -> None:
     """UserError when a picture or page would take the place of something else, or of what it is made from, or
-    when a picture would lie among those that are read.
+    when a picture would lie among those that are read, or when its name is that of another kind of file.
 
     kind: PICTURE or PAGE; read: the files that are read, and the folders whose pictures are."""
     target = Path(path)
@@ -297,6 +298,9 @@ def refuse_other(path: StrPath, kind: bytes, read: Iterable[StrPath] = ()) -> No
         for source in sources:
             if source.is_dir() and target.parent.exists() and source.samefile(target.parent):
                 raise UserError("%s would lie among the frames that are read: choose another folder" % path)
+    if not target.exists() and target.suffix.lower() not in _ENDS[kind]:
+        what, end = ("picture is a PNG", ".png") if kind == PICTURE else ("page is HTML", ".html")
+        raise UserError("%s: the %s: name it %s" % (path, what, target.with_suffix(end).name))
     if not target.is_file():
         return
     for source in sources:

@@ -56,6 +56,27 @@ def test_what_is_read_and_what_is_of_another_kind_is_not_overwritten(
     assert before == {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
 
 
+@pytest.mark.parametrize(
+    "argv, words",
+    [
+        (["map", "draw", "hall.json", "-o", "o.svg"], "o.svg: the picture is a PNG: name it o.png"),
+        (["map", "build", "run.jsonl", "-o", "new.json", "--png", "o"], "o: the picture is a PNG"),
+        (["calibrate", "--places", "frames", "--plot", "o.pdf"], "o.pdf: the picture is a PNG"),
+        (["fleet", "run.jsonl", "--report", "o.pdf"], "o.pdf: the page is HTML: name it o.html"),
+        (["validate", "frames", "--report", "o.txt"], "o.txt: the page is HTML: name it o.html"),
+    ],
+)
+def test_a_picture_or_page_is_not_named_as_another_kind(argv, words, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "frames").mkdir()
+    for name, text in (("run.jsonl", "{}"), ("hall.json", HALL)):
+        (tmp_path / name).write_text(text)
+    assert cli.main(argv) == 2
+    err = capsys.readouterr().err
+    assert words in err and err.count("\n") == 1
+    assert not list(tmp_path.glob("o*"))
+
+
 NEW = "frames/new.png"
 REFUSED = [  # (command, option, arguments, file that is there, words)
     ("marker", "-o --output", ["5", "-o", "here.pdf"], "here.pdf", "--force"),

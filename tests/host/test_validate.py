@@ -154,6 +154,7 @@ def test_processes_give_the_same_as_one(folder):
             "other.jsonl line 1 is not from larics log",
         ),
         (["frames", "--min-detected", "-1"], "--min-detected -1"),
+        (["frames", "--min-read", "101"], "--min-read 101: give a share of at most 100 %"),
         (["frames", "--jobs", "0"], "--jobs 0"),
         (["frames", "--worst", "-3"], "--worst -3"),
         (["frames", "--json", "no/such/place.json", *RADIUS], "cannot write no/such/place.json"),

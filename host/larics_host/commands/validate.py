@@ -122,6 +122,8 @@ def _threshold(args, option):
     value = getattr(args, option.lstrip("-").replace("-", "_"))
     if value is not None and not value >= 0:
         raise UserError("%s %g: give a number from 0 on" % (option, value))
+    if value is not None and option.startswith("--min") and value > 100:
+        raise UserError("%s %g: give a share of at most 100 %%" % (option, value))
     return value
 
 
