@@ -29,13 +29,16 @@ from tools.simulated_drives import Drive, World, drive, write_log
 class Score:
     """refused: what was said; else mm that each marker of the map is off after the best rigid motion
     (`errors`), whether x and y are within two of the map's own standard deviations (`within`), IDs of
-    markers said to be moved, and how many of the passages that were misread were set aside."""
+    markers said to be moved, how many of the passages that were misread were set aside, and how many places
+    the map has where no marker is (`surplus`), or lacks (`missing`)."""
 
     refused: str = ""
     errors: np.ndarray = field(default_factory=lambda: np.zeros(0))
     within: np.ndarray = field(default_factory=lambda: np.zeros(0))
     moved: list = field(default_factory=list)
     aside: int = 0
+    surplus: int = 0
+    missing: int = 0
     seconds: float = 0.0
 
 
@@ -75,7 +78,9 @@ def score(one: Drive, log: Path, *options: str) -> Score:
     for part in text.split("(read as marker ")[1:]:
         aside.update(int(word) for word in part.split(")")[0].split(", "))
     hit = sum((aside & Counter(marker_id for _, marker_id in one.misread)).values())
-    return Score("", np.hypot(*off.T), np.abs(off) < 2 * sigmas, moved, hit, seconds)
+    met = {place for _, place in pairs}
+    spare = len(markers) - len(met), len(one.hall) - len(met)
+    return Score("", np.hypot(*off.T), np.abs(off) < 2 * sigmas, moved, hit, *spare, seconds)
 
 
 def _matched(markers, hall):
@@ -109,6 +114,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--distance", action="store_true", help="one distance is measured by hand")
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder for logs and maps")
     options = parser.parse_args(argv)
+    if options.distance and options.ids:
+        parser.error("--distance is of IDs that stand once each: not with --ids")
     options.output.mkdir(parents=True, exist_ok=True)
     world = World(
         length_m=options.length_m,
@@ -132,7 +139,7 @@ def main(argv: list[str] | None = None) -> int:
         named += one.moved is not None and one.hall[one.moved][0] in result.moved
         print(
             "%d: median %.1f, largest %.1f mm, %.0f %% within 2 sigma; moved %s, said %s; %d of %d misread "
-            "passages set aside; %.1f s"
+            "passages set aside; %d places too many, %d missing; %.1f s"
             % (
                 seed,
                 np.median(result.errors),
@@ -142,6 +149,8 @@ def main(argv: list[str] | None = None) -> int:
                 result.moved,
                 result.aside,
                 len(one.misread),
+                result.surplus,
+                result.missing,
                 result.seconds,
             )
         )
@@ -150,12 +159,14 @@ def main(argv: list[str] | None = None) -> int:
         largest = [one.errors.max() for one in scores]
         print(
             "%d maps: median error %.1f mm (worst %.1f), largest %.1f mm (90 %%: %.1f, worst %.1f), "
-            "%.1f %% within 2 sigma, misread passages set aside %d of %d, moved markers named %d of %d"
+            "%.1f %% within 2 sigma, misread passages set aside %d of %d, moved markers named %d of %d, "
+            "%d places too many, %d missing"
             % (
                 *(len(scores), np.median(medians), max(medians), np.median(largest)),
                 *(np.percentile(largest, 90), max(largest)),
                 100 * np.mean(np.concatenate([one.within.ravel() for one in scores])),
                 *(sum(one.aside for one in scores), misread, named, len(scores)),
+                *(sum(one.surplus for one in scores), sum(one.missing for one in scores)),
             )
         )
     return 0

@@ -11,6 +11,7 @@ from larics_host.mapping.poses import after
 from larics_host.mapping.seams import seam
 from larics_host.mapping.sightings import Seen, Sighting, Stretch
 from larics_host.mapping.wheels import Way
+from tests.host.surveys import built_from
 from tools.simulated_drives import World, drive, write_log
 from tools.survey_drives import score
 
@@ -121,3 +122,9 @@ def test_wheels_are_as_unequal_as_wheels_are():
     assert len(driven.passages) > 50
     shares, _ = shares_of(driven, Way(x, y, np.unwrap(heading)), 0.001)
     assert abs(shares[1]) < 2e-5
+
+
+def test_who_comes_back_late_is_not_lost(tmp_path):
+    """The first marker that is passed again is 90 m away: pairs of headings so far apart tell the drift."""
+    _, result = built_from(tmp_path, World(), 20227)
+    assert not result.refused and result.errors.max() < 25

@@ -24,16 +24,29 @@ def test_what_goes_before_a_slip_at_the_end_of_a_drive_is_no_move():
     )
     graph.poses = {k: (3000.0 * k, 0.0, 0.0) for k in range(4)}
     graph.legs = [(0, k, k + 1, leg) for k, leg in enumerate(way.legs(np.arange(0, 901, 300), np.zeros(6)))]
-    graph.readings = [Reading(k, place, (0.0, 0.0, 0.0)) for k, place in ((1, 1), (3, 2))]
+    graph.readings = [Reading(k, place, (0.0, 0.0, 0.0)) for k, place in ((1, 1), (3, 2), (3, 1))]
     one = Reading(2, 0, (0.0, -150.0, 0.0))
-    assert moves._surely(graph, one, graph.places[0], 250.0)
+    assert moves._surely(graph, one, 0, 250.0, {3})
     less = Reading(2, 0, (0.0, -60.0, 0.0))  # two slips would explain it, but that they cancelled each other
-    assert moves._surely(graph, less, graph.places[0], 160.0)
+    assert moves._surely(graph, less, 0, 160.0, {3})
     graph.slipped[2] = 0.5
-    assert not moves._surely(graph, less, graph.places[0], 160.0)
-    assert moves._surely(graph, one, graph.places[0], 250.0)
+    assert not moves._surely(graph, less, 0, 160.0, {3})
+    assert moves._surely(graph, one, 0, 250.0, {3})
+    graph.readings.pop()
+    assert not moves._surely(graph, one, 0, 250.0, {3})  # what goes before hangs on it
+    assert moves._surely(graph, one, 0, 250.0, {0, 3})  # the other place, too
+    graph.links = [Link(1, 2, (6000.0, 0.0, 0.0))]
+    assert moves._surely(graph, one, 0, 250.0, {3})  # but not where it is known from elsewhere
+    graph.links, graph.given = [], [(1, (3000.0, 0.0, None))]
+    assert moves._surely(graph, one, 0, 250.0, {3})
     graph.legs.pop()
-    assert not moves._surely(graph, one, graph.places[0], 250.0)
+    assert not moves._surely(graph, one, 0, 250.0, {3})
+
+
+def test_a_slip_before_markers_that_are_not_passed_again_moves_none(tmp_path):
+    """The first two markers of a drive hang on one leg: what is behind it is no second way to them."""
+    one, result = built_from(tmp_path, World(), 20170)
+    assert result.moved == [one.hall[one.moved][0]] and result.errors.max() < 25
 
 
 def test_a_marker_that_was_moved_may_be_misread_after_that(tmp_path):

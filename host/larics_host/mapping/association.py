@@ -22,8 +22,9 @@ NEAR_MM = 700.0  # no other marker of this ID is so near
 OVERLAP_MM = 900.0  # of another ID neither
 READING_SIGMA = (1.5, 1.5, 0.0015)  # of a passage: mm, mm, rad
 _FIRST = 3 + SHARES  # state of the first place
-_VOTE_MM = (2000.0, 60000.0)  # of way between two passages whose headings are compared
-_VOTES_LEAST, _VOTES_MOST = 3, 5000
+_VOTE_MM = 2000.0  # of way, at least, between two passages whose headings are compared
+_VOTE_TO_MM = ((60000.0, 241), (200000.0, 801))  # at most, and drifts that are tried; the second where ...
+_VOTES_LEAST, _VOTES_MOST = 3, 5000  # ... the first has not convinced: who comes back late alone has those
 _VOTED_SIGMA = (3e-6, 0.004)  # of drift and track, as voted
 
 
@@ -130,19 +131,30 @@ def shares_of(drive: Drive, way: Way, noise: float) -> tuple[np.ndarray, np.ndar
     pairs = []
     for k, passage in enumerate(passages):
         for before in by_id.setdefault(passage.id, []):
-            if _VOTE_MM[0] < driven[k] - driven[before] < _VOTE_MM[1]:
+            if driven[k] - driven[before] > _VOTE_MM:
                 pairs.append((before, k))
         by_id[passage.id].append(k)
-    if len(pairs) < _VOTES_LEAST:
-        return nothing
     pairs.sort(key=lambda pair: driven[pair[1]] - driven[pair[0]])
-    first, second = np.array(pairs[:_VOTES_MOST]).T
-    off = heading[second] - heading[first]
-    sigma = np.sqrt(
-        2 * noise / way.track_mm**2 * (driven[second] - driven[first]) + 2 * READING_SIGMA[2] ** 2
-    )
-    went, turned = ahead[second] - ahead[first], poses[frames, 2][second] - poses[frames, 2][first]
-    drifts = np.linspace(-3, 3, 241) * SHARES_SIGMA[1]
+    for most_mm, tried in _VOTE_TO_MM:
+        some = [pair for pair in pairs if driven[pair[1]] - driven[pair[0]] < most_mm][:_VOTES_MOST]
+        if len(some) < _VOTES_LEAST:
+            continue
+        first, second = np.array(some).T
+        sigma = np.sqrt(
+            2 * noise / way.track_mm**2 * (driven[second] - driven[first]) + 2 * READING_SIGMA[2] ** 2
+        )
+        went, turned = ahead[second] - ahead[first], poses[frames, 2][second] - poses[frames, 2][first]
+        voted = _voted(heading[second] - heading[first], sigma, went, turned, tried)
+        if voted is not None:
+            shares = np.array([0.0, *voted, 0.0, 0.0, 0.0])
+            return shares, np.array([SHARES_SIGMA[0], *_VOTED_SIGMA, *SHARES_SIGMA[3:]])
+    return nothing
+
+
+def _voted(off, sigma, went, turned, tried):
+    """(drift, track) of which most pairs of headings, off by so much to sigma over a way and a turn, are
+    explained; tried: how many drifts. None where chance does as well."""
+    drifts = np.linspace(-3, 3, tried) * SHARES_SIGMA[1]
     tracks = np.linspace(-3, 3, 25) * SHARES_SIGMA[2]
     best = 0.0, 0.0, 0.0
     expected = np.exp(-0.5 * np.square(drifts / SHARES_SIGMA[1]) / _VOTES_LEAST)
@@ -156,9 +168,8 @@ def shares_of(drive: Drive, way: Way, noise: float) -> tuple[np.ndarray, np.ndar
         best = max(best, (float(votes[k]), float(drifts[k]), float(track)))
     by_chance = float(np.minimum(1.0, sigma * math.sqrt(2 / math.pi) / 2).sum())
     if best[0] < by_chance + _VOTES_LEAST * math.sqrt(1 + by_chance):
-        return nothing
-    shares = np.array([0.0, *best[1:], 0.0, 0.0, 0.0])
-    return shares, np.array([SHARES_SIGMA[0], *_VOTED_SIGMA, *SHARES_SIGMA[3:]])
+        return None
+    return best[1:]
 
 
 def places_of(drive: Drive, legs: Sequence[Leg], sigma: np.ndarray, noise: float) -> list[Found]:

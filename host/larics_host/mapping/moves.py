@@ -25,6 +25,7 @@ _PLATE_MM = 450.0  # plates have no room nearer to each other
 _ODD_SHARE = 0.15  # of its readings, or one of at least four, may not go with the others of their side
 _NEIGHBOUR = 2.0  # gates that a reading of another marker may be off: two slips in a row, not the move
 _NEAR = 2  # passages beside one, whose readings have to agree
+_WALKED = 4  # legs to one that is known without this one
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
 _STANDS_OUT = 2.0  # times as large as any other that a single reading tells of: no slip, as the others are
 _RIVALS = 4  # single readings that tell of moves, of which each may be the one that is true
@@ -176,10 +177,11 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
         earlier, later = ([one for one in side if one.used] for side in (earlier, later))
         graph.solve()
     mm = math.dist(graph.places[former][:2], graph.places[number][:2])
-    sides = (earlier, graph.places[number]), (later, graph.places[former])
+    sides = (earlier, number, later), (later, former, earlier)
     slack = _NEIGHBOUR if min(len(earlier), len(later)) >= _ENOUGH else 1.0
     if _agreed(graph, earlier + later, slack) and all(
-        len(side) >= _ENOUGH or _surely(graph, side[0], other, mm) for side, other in sides
+        len(side) >= _ENOUGH or _surely(graph, side[0], other, mm, {one.passage for one in rest})
+        for side, other, rest in sides
     ):
         return mm
     for one, (place, is_used) in zip(mine, was, strict=True):
@@ -206,25 +208,26 @@ def _agreed(graph, mine, slack):
     )
 
 
-def _surely(graph, one, other, mm):
-    """Whether a single reading tells of a move from or to the pose of the `other` place. Were it of that
-    place, wheels would have slipped both on the way there and on the way on: it is enough that one of the
-    two is not explained by a slip. Where both ways together show none, two slips cancelled each other: that
-    is believed of smaller ones only."""
+def _surely(graph, one, number, mm, rest):
+    """Whether a single reading tells of a move from or to another place, which passages `rest` read. Were it
+    of that place, wheels would have slipped both on the way there and on the way on: it is enough that one of
+    the two is not explained by a slip. Where both ways together show none, two slips cancelled each other:
+    that is believed of smaller ones only."""
     if not mm < _SINGLE_MM:
         return False
-    used = {reading.passage for reading in graph.readings if reading.used}
-    legs = {a: (b, leg) for _, a, b, leg in graph.legs}
+    other = graph.places[number]
+    legs = {a: leg for _, a, _, leg in graph.legs}
     ways = []  # [(passage that is known, legs to it)]
     for step in (-1, 1):
+        held = _held(graph, one, step, legs, rest)
         known, there = one.passage, []
-        for _ in range(_NEAR):
+        for _ in range(_WALKED):
             first = min(known, known + step)
             if first not in legs:
                 break
-            there.append(legs[first][1])
+            there.append(legs[first])
             known += step
-            if known in used:
+            if known in held:
                 ways.append((known, there))
                 break
     slip_mm = _SLIP_MM if len(ways) > 1 else _SLIP_MOST_MM  # at the end of a drive, one slip is enough
@@ -238,6 +241,25 @@ def _surely(graph, one, other, mm):
         if is_still and sum(squares) > _CANCELLED:
             return True
     return any(square > GATE for square in squares)
+
+
+def _held(graph, one, step, legs, rest):
+    """The passages before that of a reading, or after it, that are known without it: all, where passages
+    `rest` are among them, else those whose places are read on the other side, too. Others hang on this one,
+    and one slip moves them all."""
+    side = set()
+    known = one.passage
+    while min(known, known + step) in legs:
+        known += step
+        side.add(known)
+    read = [(other.passage, other.place) for other in graph.readings if other.used]
+    elsewhere = {place for passage, place in read if passage not in side}
+    elsewhere |= {place for link in graph.links if link.used for place in (link.first, link.second)}
+    elsewhere |= {place for place, _ in graph.given}
+    is_whole = bool(rest & side)
+    return {passage for passage, place in read if passage in side and (is_whole or place in elsewhere)} - {
+        one.passage
+    }
 
 
 def _slipping(leg, noise, slip_mm):
