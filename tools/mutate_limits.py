@@ -47,7 +47,7 @@ FIT = (
     "test_detector",
 )
 SEARCH = ("test_search_limits", "test_blurred_search", "test_detector")
-CELLS = ("test_cell_reader", "test_cell_weights", "test_cell_words", "test_cells")
+CELLS = ("test_cell_reader", "test_cell_strokes", "test_cell_weights", "test_cell_words", "test_cells")
 BLURRED = (
     "test_blur_model_limits",
     "test_blurred_fits",
@@ -103,6 +103,7 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/coded/cell_reader.py": CELLS,
     "shared/larics/kernels/cells.py": CELLS,
     "shared/larics/kernels/cell_search.py": CELLS,
+    "shared/larics/kernels/cell_strokes.py": CELLS,
     "shared/larics/kernels/cell_words.py": CELLS,
     "shared/larics/kernels/robust.py": FIT,
     "shared/larics/direct/robust_centre.py": ("test_ring_limits", "tests/host/test_robust_centre.py"),

@@ -2,6 +2,7 @@
 
 from array import array
 
+from larics.arith import fixed
 from larics.coded.cell_reader import CellReader
 from larics.marker import golay
 from larics.marker.id_set import id_set
@@ -9,11 +10,35 @@ from larics.marker.id_set import id_set
 BIAS = 1 << 24
 WHITE = 900
 ID = 1261  # lines of 5
+SIDE = 96  # of the frame, in whose middle the marker lies
+RADIUS = 24
+PAPER = 200  # its grey
+FRAME = bytearray([PAPER] * (SIDE * SIDE))
 
 
 def reader(allowed=None, mirrored=False):
-    """A CellReader of frames of 360 x 296, allowed: the IDs that it may tell, None: all."""
-    return CellReader(360, 296, id_set(allowed, True, False), array("i", bytes(4 * 400)), mirrored)
+    """A CellReader that has looked at white paper, allowed: the IDs that it may tell, None: all."""
+    cells = CellReader(SIDE, SIDE, id_set(allowed, True, False), array("i", bytes(4 * 400)), mirrored)
+    look(cells, FRAME)
+    return cells
+
+
+def look(cells, frame, noisy=False, depth=200):
+    """Measures a frame in whose middle a marker lies, its orientation line to the right."""
+    middle = SIDE * 128
+    assert cells.measure(frame, middle, middle, RADIUS * 256, 0, 0, 0, 0, 0, depth, noisy)
+
+
+def crossed(degrees, grey, frame=FRAME):
+    """The frame with that grey between the cells in so many degrees from the orientation line."""
+    frame = bytearray(frame)
+    sine, cosine = fixed.sin_q14(degrees * 65536 // 360), fixed.cos_q14(degrees * 65536 // 360)
+    for radius in (228, 236):
+        x = SIDE * 64 + radius * RADIUS * cosine // 150 // 128
+        y = SIDE * 64 - radius * RADIUS * sine // 150 // 128
+        for near in range(9):
+            frame[((y >> 7) + near // 3 - 1) * SIDE + (x >> 7) + near % 3 - 1] = grey
+    return frame
 
 
 def show(cells, marker_id, turn=0):

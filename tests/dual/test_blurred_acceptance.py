@@ -254,13 +254,13 @@ def test_what_a_first_reading_may_leave_beside_a_bit():
 def test_cells_that_motion_washes_out_look_like_none():
     lines = Lines()
     for motion, told, margin, expected in (
-        (6, PLAIN, 53, 5),
-        (6, PLAIN, 52, -1),
-        (0, PLAIN, 52, -1),
-        (6, 21, 52, 21),
-        (7, PLAIN, 120, 5),
-        (7, PLAIN, 119, -1),
-        (7, 21, 119, 21),
+        (6, PLAIN, 84, 5),
+        (6, PLAIN, 83, -1),
+        (0, PLAIN, 83, -1),
+        (6, 21, 83, 21),
+        (7, PLAIN, 151, 5),
+        (7, PLAIN, 150, -1),
+        (7, 21, 150, 21),
     ):
         lines.blur.motion = motion
         found = lines_verdict(lines, judge=acceptance(ids=(5, 21)), cells=Cells(told, margin))

@@ -104,50 +104,6 @@ def test_white_cells_behind_a_hidden_ring_tell_nothing():
     assert cells.decide(5) == UNKNOWN and [w - BIAS for w in cells._weights[:24] if w != BIAS] == [64] * 9
 
 
-def darkened(which, marker_id=3, depth=256):
-    """What a plain marker tells some of whose cells look dark, and what that costs it."""
-    cells = reader()
-    show(cells, marker_id)
-    for cell in which:
-        cells.depths[cell] = BIAS + depth
-        cells.depths[24 + cell] = WHITE - depth
-    return cells.decide(marker_id), cells._weights[25]
-
-
-def test_one_stroke_across_a_plain_marker_is_counted_once():
-    for which, expected, cost in (
-        ((5,), PLAIN, 64),
-        ((22, 23, 0, 1), PLAIN, 160),  # 64, and half of what is beyond
-        ((8, 9, 10, 11, 12), PLAIN, 192),
-        # or as one that crosses at two places, when they are few: 64, and a quarter of what is beyond
-        ((5, 6), PLAIN, 80),
-        ((2, 9), PLAIN, 80),
-        ((2, 6), PLAIN, 80),
-        ((2, 5), PLAIN, 128),  # but a straight one that crosses so near crosses the cells between them, too
-        ((1, 2, 5), PLAIN, 192),
-        ((22, 1), PLAIN, 128),
-        ((2, 3, 9), PLAIN, 96),
-        ((2, 3, 9, 10), UNKNOWN, 256),
-        ((2, 9, 16), PLAIN, 192),
-        ((2, 3, 9, 16), UNKNOWN, 256),
-        ((8, 9, 10, 11, 12, 13), UNKNOWN, 384),  # too many for one
-    ):
-        assert darkened(which) == (expected, cost), which
-
-
-def test_what_is_darker_than_ink_speaks_against_a_plain_marker_all_the_same():
-    for depth in (460, 461, 900):
-        assert darkened((5,), depth=depth) == (PLAIN, 64), depth
-        assert darkened((2, 9), depth=depth) == (PLAIN, 80), depth
-        assert darkened((2, 5), depth=depth) == (PLAIN, 128), depth
-    cells = reader()
-    show(cells, 3)
-    cells.depths[5] = BIAS + 461
-    assert cells.decide(3) == PLAIN and cells._weights[5] == BIAS  # it tells of no word
-    cells.depths[5] = BIAS + 460
-    assert cells.decide(3) == PLAIN and cells._weights[5] == BIAS + 64
-
-
 def test_the_turn_is_found_and_the_empty_word_has_none():
     cells = reader()
     for turn in range(4):

@@ -69,7 +69,7 @@ def test_by_how_much_a_word_must_cost_less_than_the_second():
         (0, ID, 0, 110),  # without lines that agree
         (56, ID, 0, 110),
         (16 + 5, ID, 0, 78),  # with one in doubt
-        (5, 0, 0, 80),
+        (5, 0, 0, 45),
         (5, ID, 1, 78),
     ):
         for short, believed in ((0, 1 + told), (1, 0)):
@@ -110,7 +110,7 @@ def test_what_a_word_may_cost_and_what_makes_it_sure():
         (32 + 1, ID, 0, 0, 400, 0, 255),
         (5, ID, 0, 100, 175, 500, 85),  # seven quarters of what it contradicts
         (5, ID, 0, 100, 174, 500, None),
-        (5, 0, 0, 200, 100, 200, 17),  # of the empty word a half
+        (5, 0, 0, 200, 100, 200, 48),  # of the empty word a half
         (5, 0, 0, 200, 99, 200, None),
         (0, ID, 0, 0, 110 + 144, 0, 127),
         (0, ID, 0, 0, 110 + 288, 0, 255),

@@ -30,6 +30,7 @@ ELSEWHERE = {
     "raw": "tests/host/test_raw_frame.py",
     "cells": "tests/dual/test_cells.py",
     "cell_search": "tests/dual/test_cell_words.py",
+    "cell_strokes": "tests/dual/test_cell_strokes.py",
     "cell_words": "tests/dual/test_cell_words.py",
 }
 

@@ -33,9 +33,9 @@ def cell_weights(random):
                     ints(48, random),
                     depths,
                     random.below(1 << 24),
-                    zeros32(26),
+                    zeros32(27),
                 )
-    yield (128, 0, ints(48, random), zeros32(72), 0, zeros32(26))
+    yield (128, 0, ints(48, random), zeros32(72), 0, zeros32(27))
 
 
 def believed_word(random):

@@ -19,7 +19,7 @@ except ImportError:
     from larics._cpython import const, micropython
 
 from larics.arith.fixed import CELL_AXES, CELL_ROWS, COSINE, LOG_GREY, cos_q14, sin_q14
-from larics.kernels import cell_search, cell_words
+from larics.kernels import cell_search, cell_strokes, cell_words
 from larics.kernels import cells as kernels
 from larics.marker import BITS, ID_COUNT, mirrored_lines
 
@@ -91,6 +91,7 @@ class CellReader:
             weights = [_BIAS + (_LINE_DARK if lines_id >> bit & 1 else -_LINE_WHITE) for bit in range(BITS)]
             self._lines_of.append(array("i", weights + [0]))
         self._result = array("i", bytes(4 * _WORD_ITEMS))
+        self._frame = b""
         self._hidden = 0
         self._neutral_q8 = _NEUTRAL_Q8
         self.margin = 0
@@ -106,7 +107,7 @@ class CellReader:
         lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt, or plus eight times
         the lines in doubt, when the others must. is_turned: the code alone says where the orientation line
         is."""
-        if not self._weigh():
+        if not self._weigh(0 < lines_id < ID_COUNT):
             self.margin = 0
             return UNKNOWN
         if self._mirrored:
@@ -133,7 +134,7 @@ class CellReader:
 
         seen: for each of four quarter turns what the inner position there says, above 0 for a line, below for
         none, as much as that is to weigh; possible: bit k: the orientation line may lie there."""
-        if not self._weigh():
+        if not self._weigh(False):
             return -1
         lines = self._lines
         result = self._result
@@ -171,13 +172,19 @@ class CellReader:
         return self.depths[48 + cell] if self.depths[cell] else 0
 
     @micropython.native
-    def _weigh(self):
-        """Weighs the cells measured last; False when too few tell anything."""
+    def _weigh(self, may_be_plain):
+        """Weighs the cells measured last; False when too few tell anything.
+
+        may_be_plain: what they cost a plain marker is asked for, too."""
         weights = self._weights
         if not cell_words.cell_weights(
             self._neutral_q8, 0, self._scratch, self.depths, self._hidden, weights
         ):
             return False
+        if may_be_plain:
+            weights[25] = cell_strokes.stroke_cost(
+                0, 0, self._frame, LOG_GREY, self.pose, self.depths, weights, self._scratch
+            )
         if self._mirrored:
             for cell in range(12):
                 weight = weights[cell]
@@ -212,6 +219,7 @@ class CellReader:
         pose[_PLACE_DEPTH] = max(1, depth)
         self._hidden = 0
         self._neutral_q8 = _NEUTRAL_NOISY_Q8 if noisy else _NEUTRAL_Q8
+        self._frame = frame
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, pose, self.depths)
         return True
 
@@ -232,6 +240,7 @@ class CellReader:
         if not kernels.direct_place(rings.fit, 0, 0, COSINE, angle_turn16, self.pose):
             return False
         self._neutral_q8 = _NEUTRAL_Q8
+        self._frame = frame
         kernels.cell_depths(0, 0, 0, frame, LOG_GREY, CELL_AXES, self.pose, self.depths)
         self.fade(rings.area, rings.outer_means, angle_turn16, is_faint)
         return True

@@ -15,7 +15,7 @@ _WORD_COST = const(1)
 _WORD_SECOND = const(2)
 _WORD_BLANK = const(4)
 
-WEIGHTS = const(26)  # items that `cell_weights` writes
+WEIGHTS = const(27)  # items that `cell_weights` writes
 
 _LIGHT = const(_BIAS - 128)
 _BLEACHED = const(1024)  # log units: a grey of 240
@@ -29,7 +29,7 @@ _GAP_LEAST = const(78)
 _GAP_LEAST_NONE = const(48)  # less, and what it contradicts, where that is next to nothing,
 _GAP_LEAST_PART = const(78)  # and twice what it contradicts, where some lines are in doubt,
 _GAP_LEAST_ALONE = const(110)  # without lines that agree,
-_GAP_LEAST_PLAIN = const(80)  # of plain markers, with lines that were read,
+_GAP_LEAST_PLAIN = const(45)  # of plain markers, with lines that were read,
 _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
 _COST_MOST_TURNED = const(80)  # that much,
 _BLANK_FEW = const(4)  # cells that tell nothing; for each beyond these so much more,
@@ -39,9 +39,6 @@ _COST_QUARTERS = const(7)  # and at least as much as the first contradicts,
 _COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
 _SHADE = const(60)  # log units
 _TONE = const(100)  # log units: 19 of them are 5 percent
-_STROKE_MOST = const(5)  # dark cells, none that is white between them, that one stroke may cross,
-_STROKE_FEW = const(3)  # and at two places,
-_APART_LEAST = const(3)  # so many cells apart: a straight one crosses what is nearer, too
 
 
 @micropython.viper
@@ -55,9 +52,8 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
     What covers a cell looks like white, but is seldom as bright as the white beside the cells that are dark:
     the less alike, the less a cell tells; but where none looks dark, an edge of light is likelier than
     something that hides them all. Where the ring before it is hidden, a cell that looks white tells nothing.
-    weights: WEIGHTS items; after the cells' the usual white, log units, and what the dark ones cost a plain
-    marker: half of it beyond the first, when one stroke may make them all. Returns how many cells were looked
-    at, 0 when too few."""
+    weights: WEIGHTS items; after the cells' the usual white, log units, what the dark ones weigh in all, and
+    which they are: bit k for cell k. Returns how many cells were looked at, 0 when too few."""
     count = 0
     seen = 0
     # the four lowest and the four highest so far
@@ -203,7 +199,7 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
     if white >= _BLEACHED:
         bleached = 1 << 29
     total = 0
-    dark = 0
+    mask = 0
     i = 0
     while i < 24:
         value = int(weights[i]) - _BIAS
@@ -256,40 +252,15 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
                 weights[i] = value + _BIAS
         if value > 0:
             total += value
-            dark += 1
+            mask = mask | (1 << i)
         elif int(depths[i]) > darkest:
             total += 64  # no cell of a coded marker, but of a plain one neither
-            dark += 1
+            mask = mask | (1 << i)
         elif value < 0 and (hidden >> i) & 1:
             weights[i] = _BIAS
         i += 1
-    # dark cells that one stroke may have made: there is none between them that is white, or they are few
-    if total > 64:
-        strokes = 0
-        near = 0
-        if dark > _STROKE_MOST:
-            near = 1
-        white = _APART_LEAST
-        i = 0
-        while i < 48:
-            slot = i
-            if i >= 24:
-                slot = i - 24
-            value = int(weights[slot]) - _BIAS
-            if value > 0 or int(depths[slot]) > darkest:
-                if white and i >= 24:  # by then it is known what came before the first
-                    strokes += 1
-                    if white < _APART_LEAST:
-                        near = 1
-                white = 0
-            elif value < 0 or white:
-                white += 1
-            i += 1
-        if near == 0 and strokes < 3 and dark <= _STROKE_FEW:
-            total -= ((total - 64) * 3) >> 2
-        elif near == 0 and strokes < 2:
-            total -= (total - 64) >> 1
     weights[25] = total
+    weights[26] = mask
     return count
 
 

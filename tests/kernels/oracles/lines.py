@@ -237,7 +237,7 @@ def believed_word(before, after, result):
     if lines_id and first == 0 < told:
         gap = cost - costs[0]
     if lines_id:
-        least = min(78, 48 + costs[first]) + 8 * max(0, blank - 4) if first else 80
+        least = min(78, 48 + costs[first]) + 8 * max(0, blank - 4) if first else 45
     if turned:
         least = 78
     quarters = 7 if first else 2
