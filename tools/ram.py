@@ -32,7 +32,7 @@ NOT_LOADED = (
 )  # fmt: skip
 CODE_MOST = 230000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
 SMALL_MOST = 110000  # of the small-heap build: with more, a heap of 256 KiB does not take all from ROMFS
-BUFFERS_MOST = 87000
+BUFFERS_MOST = 81500
 
 
 def code():
@@ -57,7 +57,7 @@ def buffers():
     votes = detector._votes
     rows = [
         ("cells of votes", 4 * len(votes.cells)),
-        ("edges", 4 * (len(detector._edges) + len(detector._fewer))),
+        ("edges", 4 * len(detector._edges)),
         ("direct reader", detector.direct.memory()),
         ("blur-model reader", detector.blur_reader.memory()),
     ]

@@ -1,5 +1,7 @@
 """The detector on frames drawn with integers: right, alike on both interpreters, and without allocation."""
 
+import sys
+
 from larics.arith.fixed import wrap_cdeg
 from larics.detect.centre_votes import CENTRES
 from larics.detect.detector import MARKERS, Detector
@@ -238,6 +240,21 @@ def test_memory_is_stated_and_bounded():
     unknown = Detector(360, 296, 10, 66)
     assert known.memory() < unknown.memory() <= 129 * 1024
     assert len(known.detect(bytes(360 * 296))) < MARKERS
+
+
+def test_edges_of_coarse_scales_lie_behind_their_cells():
+    for low, high in ((10, 60), (6, 72), (15, 60), (22, 60), (25, 35)):
+        finder = Detector(WIDTH, HEIGHT, low, high)
+        votes = finder._votes
+        behind = [scale for scale in finder._scales if scale.edges.edges is votes.beside]
+        assert bool(behind) == (len(finder._groups) < len(finder._scales))
+        for k in range(len(votes.beside)):
+            votes.beside[k] = -1
+        for scale in behind:  # clears all of its cells
+            assert scale.votes.find(votes.beside, 0, 0, 1, 0, WIDTH, 0, HEIGHT) == 0
+        assert all([item == -1 for item in votes.beside])
+        if behind and sys.implementation.name == "micropython":
+            assert -1 in list(votes.cells)
 
 
 def test_rings_partly_covered_are_those_of_a_marker_that_its_cells_tell():

@@ -73,11 +73,12 @@ def words(count, name=None):
 
 class Parts:
     """Scratch space, for kernels alone: on a board parts of a buffer of words that is idle meanwhile, one
-    behind the other; without such a buffer, and on a PC, arrays of their own. `used`: words handed out."""
+    behind the other; without such a buffer, and on a PC, arrays of their own. `used`: words handed out, and
+    those before them."""
 
-    def __init__(self, idle=None):
+    def __init__(self, idle=None, used=0):
         self._idle = None if _kept is None else idle
-        self.used = 0
+        self.used = used
 
     def of16(self, count):
         """So many 16-bit items. MemoryError when the buffer has no more."""

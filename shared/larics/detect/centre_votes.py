@@ -13,7 +13,7 @@ except ImportError:
     from larics._cpython import const, micropython
 
 from larics.arith import tables
-from larics.arith.fixed import words
+from larics.arith.fixed import Parts, words
 from larics.detect.edges import DIRECTIONS, SINES
 from larics.kernels import votes as kernels
 
@@ -55,6 +55,7 @@ class CellGrid:
         # the finest grids are alike, so that other radii need no longer buffer
         padding = max((radius_max_q8 >> 8) // step, _FINE_PADDING if step == _FINE_STEP else 0) + 4
         self.width = width
+        self.step = step
         self.padding = padding + (padding & 1)
         self.row = (width // step + 1 + 2 * self.padding + 1) & ~1
         self.rows = (height // step + 1 + 2 * self.padding + 1) & ~1
@@ -65,10 +66,15 @@ class VoteBuffers:
     """What the scales share: the largest grid's cells, and the lists of windows and centres.
 
     centres   array('i') of (score, x, y), x and y in 1/256 px plus 32768
+    beside    array('i') of so many items, for what the scales keep while they vote whose grid is not of the
+              finest: on a board behind their cells, where only the finest one's are
     """
 
-    def __init__(self, grids):
-        self.cells = words(max([LEAST_WORDS] + [grid.cells for grid in grids]), "cells")
+    def __init__(self, grids, beside):
+        finest = min([grid.step for grid in grids])
+        coarse = max([0] + [grid.cells for grid in grids if grid.step > finest])
+        self.cells = words(max([LEAST_WORDS, coarse + beside] + [grid.cells for grid in grids]), "cells")
+        self.beside = Parts(self.cells, coarse).of32(beside)
         self.above = words(max([grid.row for grid in grids]) // 2)
         self.windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
         self.centres = array("i", bytes(4 * (3 * CENTRES + 3)))

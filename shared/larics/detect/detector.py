@@ -96,18 +96,17 @@ class Detector:
         smallest = min([scale.step for scale in self._scales])
         edges_capacity = max(400, width * height // (smallest * smallest) // 4)
         self._edges = words(edges_capacity + 1, "edges")
-        # for the scales that take every second point of a finer grid
-        shared = len(self._groups) < len(self._scales)
-        self._fewer = words(edges_capacity // 2 + 1 if shared else 0, "fewer")
         self._histogram = array("H", bytes(256))
         grids = [CellGrid(width, height, scale.step, scale.radius_max_q8) for scale in self._scales]
-        self._votes = VoteBuffers(grids)
+        # the scales that take every second point of a finer grid list them behind their own cells
+        shared = len(self._groups) < len(self._scales)
+        self._votes = VoteBuffers(grids, edges_capacity // 2 + 1 if shared else 0)
         self._centres = self._votes.centres
         for scale, grid in zip(self._scales, grids):
             line_q8 = scale.radius_q8 * line_q10 >> 10
             scale.edges = EdgeFinder(
                 width, height, line_q8, scale.step, scale.reach,
-                self._edges if any([group[-1] is scale for group in self._groups]) else self._fewer,
+                self._edges if any([group[-1] is scale for group in self._groups]) else self._votes.beside,
                 self._histogram,
             )  # fmt: skip
             scale.votes = CentreVotes(
@@ -161,7 +160,7 @@ class Detector:
 
     def memory(self):
         """Bytes of all buffers and tables in RAM, the frame excepted."""
-        total = 4 * (len(self._edges) + len(self._fewer)) + 2 * len(self._histogram) + self._votes.memory()
+        total = 4 * len(self._edges) + 2 * len(self._histogram) + self._votes.memory()
         total += self.direct.memory() + len(self.allowed)
         if self.blur_reader is not None:
             total += self.blur_reader.memory()
@@ -253,7 +252,7 @@ class Detector:
                 continue
             # what blurred edges need is best done while a scale's edges and votes are there
             lower = blurred is not None and blurred.wants_lower(group)
-            alternate = finest.list_steep(frame, len(self._fewer) - 1 if len(group) > 1 else 0, lower)
+            alternate = finest.list_steep(frame, len(self._votes.beside) - 1 if len(group) > 1 else 0, lower)
             self.statistics.steep += finest.steep
             for scale in group:
                 if not self._tiny(scale):
