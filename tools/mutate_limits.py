@@ -96,6 +96,7 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     ),
     "shared/larics/kernels/odometry.py": CARRIED,
     "shared/larics/kernels/covariance.py": CARRIED,
+    "shared/larics/kernels/shares.py": CARRIED,
     "shared/larics/kernels/stream.py": WIRE,
     "shared/larics/wire/codec.py": WIRE,
     "shared/larics/wire/framing.py": WIRE,

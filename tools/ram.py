@@ -23,6 +23,7 @@ MARCH = "armv7emsp"
 NOT_LOADED = (
     "cameras/", "larics/arith/float32", "larics/boards", "larics/detect/paper", "larics/detect/thinned",
     "larics/kernels/covariance", "larics/kernels/paper", "larics/kernels/raw", "larics/kernels/rolling",
+    "larics/kernels/shares",
     "larics/locate/carrier", "larics/locate/coasting",
     "larics/locate/localizer", "larics/locate/marker_map", "larics/locate/matching", "larics/locate/motion",
     "larics/locate/navigator", "larics/locate/noise", "larics/locate/odometry_shares",

@@ -151,6 +151,8 @@ def _compile_for_cameras():
         odometry.take(array("i", (time_us, 0, time_us // 1000, 0, 0, 0, 0)))
     odometry.at(50000)
     carrier, rolling = Carrier(OdometryNoise()), RollingShutter(25000, 1 << 17)
+    carrier.shares.scale.learn(300, 1, 1 << 8)
+    carrier.shares.settle(0, 0)
     for time_us in (10000, 20000):
         odometry.x_mm10 += 700
         carrier.move(odometry, time_us)

@@ -78,16 +78,16 @@ def test_a_short_way_teaches_no_share():
     for told_mm, learns in ((79, False), (80, True)):
         shares = Shares()
         shares.learn_scale(told_mm, 0, 1 << 8, 0)
-        assert (shares.scale._weight > 0) == learns
+        assert (shares.scale.items[1] > 0) == learns
         shares = Shares()
         shares.compare(placed(), Told(), 0, 0)
         told_so(shares, 10 * told_mm, 3000, 0)
         shares.compare(placed(3000, 0, 1), Told(3000), 0, 0)
-        assert (shares.drift._weight > 0) == learns
+        assert (shares.drift.items[1] > 0) == learns
     shares = Share(0, 1000)
     shares.learn(16384, 0, 1 << 24)
-    assert shares._weight == 16383 * 16383 >> 14  # with six bits behind the point
+    assert shares.items[1] == 16383 * 16383 >> 14  # with six bits behind the point
     shares = Share(0, 1000)
     for missed_q4 in (-3, 3, 2):  # little in loud noise: no floor makes a slope of it
         shares.learn(200, missed_q4, 1 << 24)
-    assert shares._moment == 0 and shares._weight == 3 * (200 * 200 >> 14)
+    assert shares.items[0] == 0 and shares.items[1] == 3 * (200 * 200 >> 14)

@@ -114,11 +114,11 @@ def test_a_short_way_tells_nothing_of_the_noise():
         made, fix = carrier()
         made._path[1], fix.x_mm10 = distance << 4, distance
         made._hear_noise(fix)
-        assert (made.shares.scale._weight > 0) == (made.way_noise._known == 1) == learns, distance
+        assert (made.shares.scale.items[1] > 0) == (made.way_noise._known == 1) == learns, distance
         made, fix = carrier()
         made._path[1], fix.x_mm10, fix.moved = distance << 4, distance, True
         made._hear_noise(fix)
-        assert made.shares.scale._weight == made._legs == 0
+        assert made.shares.scale.items[1] == made._legs == 0
 
 
 def test_a_leg_tells_of_the_noise_along_the_way_and_of_that_of_turns():

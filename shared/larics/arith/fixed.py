@@ -33,7 +33,7 @@ try:
 
     _kept = {}
 except ImportError:
-    from larics._cpython import const, frame_view, table16  # noqa: F401  (frame_view is for the callers)
+    from larics._cpython import const, frame_view, micropython, table16  # noqa: F401  (frame_view is for the callers)
 
     _kept = None
 
@@ -155,6 +155,7 @@ def atan2_turn16(y, x):
     return (-angle if y < 0 else angle) & 65535
 
 
+@micropython.native
 def isqrt(value):
     """Floor of the square root of a non-negative integer below 2**60."""
     if value < 2:

@@ -261,6 +261,18 @@ CLOCK_SENT_US = const(19)
 CLOCK_READ_US = const(20)  # for how long it may have waited to be read
 CLOCK_ITEMS = const(21)
 
+# TREND, the slope of what odometry leaves out over what it tells (locate.odometry_shares);
+# signed without BIAS
+TREND_MOMENT = const(0)  # sum of told * missed by variance / 16, in 2**-fine
+TREND_WEIGHT = const(1)  # of told**2
+TREND_FINE = const(2)  # bits behind the point, 0..6
+TREND_PRIOR_Q20 = const(3)
+TREND_PRIOR_SIGMA_Q20 = const(4)
+TREND_PRIOR_WEIGHT = const(5)  # 0..2**20
+TREND_VALUE_Q20 = const(6)  # what `settle` finds
+TREND_SIGMA_Q20 = const(7)
+TREND_ITEMS = const(8)
+
 # ROLLING, how a vehicle moves and a rolling shutter exposes, and a marker put right (locate.rolling)
 ROLLING_DX = const(0)  # driven since the frame before, odometry frame, 0.1 mm,
 ROLLING_DY = const(1)

@@ -14,9 +14,10 @@ every intermediate stays within 30 bits. Nothing is allocated.
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith.fixed import wrap_cdeg
 from larics.arith.tables import QUARTER_SINE_Q14
@@ -125,6 +126,7 @@ class Carrier:
         items[_COVARIANCE_TRACK_Q4] = model.track_q4
         self._grown = False  # since sigma was told
 
+    @micropython.native
     def fix(self, fix):
         """A marker put the vehicle there, a Fix. Learns from it."""
         if self._odometry is None:

@@ -9,11 +9,13 @@ vehicle that is lifted, but that is once. Nothing is allocated.
 from array import array
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
-from larics.arith.fixed import cos_q14, isqrt, sin_q14, turn16_from_cdeg, wrap_cdeg
+from larics.arith.fixed import cos_q14, sin_q14, turn16_from_cdeg, wrap_cdeg
+from larics.kernels import shares as kernels
 from larics.locate.motion import scaled_q14
 from larics.locate.odometry import length
 from larics.locate.uncertainty import times_q4
@@ -25,7 +27,6 @@ _LEAST_MM = const(80)  # less way, straight ahead, teaches nothing
 _TURN_CDEG = const(6000)  # of a turn on the spot that is compared
 _FURTHEST_MM10 = const(160000)  # a longer way is not, nor is so much in 0.01 degrees
 _MOST_MM = const(16383)
-_MOST_WEIGHT = const(1 << 19)  # a memory of some ten legs, and of 30 bits
 _MOST_VARIANCE = const(1 << 24)
 _FINE = const(6)  # bits behind the point of moment and weight: short ways in loud noise weigh less than 1
 _APART_MM10 = const(600)  # wheels make no more than so much and a quarter of the way,
@@ -34,6 +35,7 @@ _DOUBT = const(4)  # odometry is doubted after two legs that do not fit ...
 _BELIEF = const(2)
 _MOST_DOUBT = const(6)  # ... and believed after one or two that do
 
+_TREND_VALUE_Q20 = const(6)  # items as in kernels.layouts
 _SUMS_FORWARD = const(0)
 _SUMS_DRIVEN = const(1)
 _SUMS_WAY = const(2)
@@ -47,54 +49,26 @@ def mrad_q4(cdeg):
 
 
 class Share:
-    """A slope, Q20, and its standard deviation: value_q20, sigma_q20."""
+    """A slope, Q20, and its standard deviation: value_q20, sigma_q20. items: TREND of kernels.layouts, with
+    the sums over legs."""
 
     def __init__(self, prior_q20, sigma_q20):
         self.value_q20 = self._prior_q20 = prior_q20
-        self.sigma_q20 = self._prior_sigma_q20 = sigma_q20
+        self.sigma_q20 = sigma_q20
         root_q4 = min(1 << 14, (1 << 22) // max(1, sigma_q20))
-        self._prior_weight = root_q4 * root_q4 >> 8  # a sixteenth of the variance's inverse, as _weight
-        self._moment = self._weight = 0  # sums over windows: told * missed, told**2 / 16 by variance
-        self._fine = _FINE
+        # a sixteenth of the variance's inverse, as the weight
+        self.items = array("i", (0, 0, _FINE, prior_q20, sigma_q20, root_q4 * root_q4 >> 8, 0, 0))
 
     def learn(self, told, missed_q4, variance_q8):
         """A window: what odometry told, what more there was by the markers (Q4, beyond the prior), and the
         variance of that at the usual noise (Q8)."""
-        told = max(-_MOST_MM, min(_MOST_MM, told))
-        missed_q4 = max(-32767, min(32767, missed_q4))
-        variance_q4 = min(1 << 20, max(16, variance_q8 >> 4))
-        moment, weight = told * missed_q4, told * told
-        whole, more = moment // variance_q4, weight // variance_q4
-        while self._fine and max(abs(whole), more) >= _MOST_WEIGHT:
-            self._halve()
-        fine = self._fine
-        half = variance_q4 >> 1
-        self._moment += (whole << fine) + ((moment - whole * variance_q4 << fine) + half) // variance_q4
-        self._weight += (more << fine) + ((weight - more * variance_q4 << fine) + half) // variance_q4
-        while self._weight >= _MOST_WEIGHT or abs(self._moment) >= _MOST_WEIGHT:
-            self._halve()
-
-    def _halve(self):
-        """Half the sums: to fewer bits or, without any behind the point, the old windows are forgotten."""
-        self._weight >>= 1
-        self._moment >>= 1
-        self._fine = max(0, self._fine - 1)
+        kernels.learn_slope(0, 0, self.items, told, missed_q4, variance_q8)
 
     def settle(self, loud_q4):
         """The slope by all windows, when the noise is 2**(loud_q4 / 16) times the usual."""
-        moment, fine_q4 = self._moment, self._fine << 4
-        weight = self._weight + times_q4(self._prior_weight, loud_q4 + fine_q4)
-        while weight >= _MOST_WEIGHT:
-            weight >>= 1
-            moment >>= 1
-            fine_q4 -= 16
-        weight = max(1, weight)
-        whole = (moment << 9) // weight
-        rest = (moment << 9) - whole * weight
-        slope_q20 = (max(-(1 << 12), min(1 << 12, whole)) << 7) + (rest << 7) // weight
-        self.value_q20 = max(-(1 << 18), min(1 << 18, self._prior_q20 + slope_q20))
-        sigma_q20 = times_q4((1 << 23) // max(1, isqrt(weight << 10)), loud_q4 + fine_q4 >> 1)
-        self.sigma_q20 = min(self._prior_sigma_q20, sigma_q20)
+        items = self.items
+        self.sigma_q20 = kernels.settle_slope(0, 0, items, loud_q4)
+        self.value_q20 = items[_TREND_VALUE_Q20]
 
     def beyond_prior_q4(self, told):
         """What the slope makes of a told way or turn, Q4, and the prior does not."""
@@ -110,6 +84,7 @@ class Share:
         return sigma_q4 * sigma_q4
 
 
+@micropython.native
 def _product_q4(slope_q20, told):
     return (slope_q20 >> 5) * max(-_MOST_MM, min(_MOST_MM, told)) >> 11
 
@@ -160,6 +135,7 @@ class OdometryShares:
         self.turn.settle(turn_loud_q4)
         self.drift.settle(turn_loud_q4)
 
+    @micropython.native
     def compare(self, fix, odometry, speed_mm_s, loud_q4, near=False):
         """A marker put the vehicle there, a carrier.Fix: learns when the way or the turn since an earlier one
         says something. loud_q4: binary logarithm of the noise of turns against that of the model at this
@@ -232,6 +208,7 @@ class OdometryShares:
             self.turn.settle(loud_q4)
         return True
 
+    @micropython.native
     def _compare_way(self, fix, odometry, loud_q4):
         way_mm10 = self.way_mm10
         missed_cdeg = self._missed_cdeg(fix, odometry)
@@ -266,6 +243,7 @@ class OdometryShares:
             self.scale.learn(told, missed_q4 + self.scale.beyond_prior_q4(told), variance_q8)
             self.scale.settle(loud_q4)
 
+    @micropython.native
     def _is_usual(self, share, told, missed_q4, variance_q8, loud_q4):
         """Whether that is no slip: within four standard deviations of what the share expects."""
         off = min(32767, abs(missed_q4 - share.in_all_q4(told)))

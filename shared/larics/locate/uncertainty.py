@@ -5,9 +5,10 @@ mean removes them; those of odometry grow with the way. All are standard deviati
 """
 
 try:
+    import micropython
     from micropython import const
 except ImportError:
-    from larics._cpython import const
+    from larics._cpython import const, micropython
 
 from larics.arith.fixed import isqrt
 
@@ -86,6 +87,7 @@ def root_of_squares(one, other):
     return root + 1 if square - root * root > root else root
 
 
+@micropython.native
 def log2_q4(value, unit):
     """16 times the binary logarithm of value / unit, to 1.4; both below 2**20. Of 0: _NO_NOISE_Q4."""
     if value <= 0:
@@ -104,6 +106,7 @@ def _share_q20(ppm):
     return ppm * 4295 // 4096
 
 
+@micropython.native
 def times_q4(value, log2_q4):
     """value (below 2**25) times 2**(log2_q4 / 16), to 1.06, at most _MOST."""
     value = value * (16 + (log2_q4 & 15)) >> 4
