@@ -206,7 +206,7 @@ def test_each_defect_has_its_counter():
     content = bytearray(p.frame_size(p.POSE) - framing.OVERHEAD)
     encoder.encode(p.POSE, late)
     content[:4] = bytes([p.VERSION, p.POSE, 4, 0])
-    state = 4 + sum(p.LAYOUTS[p.POSE][1][: at(p.POSE, "state")])
+    state = 4 + sum([p.SIZES[kind] for kind in p.LAYOUTS[p.POSE][1 : 1 + at(p.POSE, "state")]])
     content[state] = 4
     assert counts(frame_of(bytes(content))) == {"out_of_range": 1}
     for top in (0x40, 0x7F, 0x80, 0xFF):

@@ -29,7 +29,8 @@ def test_unpacking_any_bytes():
         decoder._message = [
             Small(generator.randrange(256) if fill is None else fill) for _ in range(protocol.MAX_FRAME)
         ]
-        refused += not decoder._unpack(protocol.LAYOUTS[number], decoder._values[number])
+        layout = protocol.LAYOUTS[number]
+        refused += not decoder._unpack(layout, decoder._values_of(number, layout))
     assert 500 < refused < 3000
 
 

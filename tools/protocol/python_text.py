@@ -11,25 +11,48 @@ from larics_host import wire_names as codes
 SIZES = {code: struct.calcsize("<" + code) for code in "BHhIi"}
 
 
-def layout_of(fields):
-    """One entry of larics.wire.layouts.LAYOUTS."""
-    sizes = [SIZES.get(field[1]) or int(field[1][:-1]) for field in fields]
-    lows, highs = (tuple(field[place] for field in fields) for place in (3, 4))
-    return "".join(field[1][-1] for field in fields).encode(), bytes(sizes), lows, highs, sum(sizes)
+def kind_of(field):
+    """(code, size, lowest value, highest value) of a field"""
+    return field[1][-1], SIZES.get(field[1]) or int(field[1][:-1]), field[3], field[4]
+
+
+def kinds():
+    """The kinds of the fields as they are defined now, each once."""
+    return sorted({kind_of(field) for *_, fields in messages.MESSAGES for field in fields})
 
 
 def layouts():
-    """{type: entry} of the messages as they are defined now."""
-    return {number: layout_of(fields) for _, number, _, fields in messages.MESSAGES}
+    """{type: entry of larics.wire.layouts.LAYOUTS}"""
+    known, entries = kinds(), {}
+    for _, number, _, fields in messages.MESSAGES:
+        used = [kind_of(field) for field in fields]
+        entries[number] = bytes([sum(kind[1] for kind in used), *map(known.index, used)])
+    return entries
 
 
 def layouts_text():
-    """They, as a dictionary of Python in lines of at most 110 characters."""
-    lines = ["LAYOUTS = {"]
+    """All of larics.wire.layouts, in lines of at most 110 characters."""
+    codes, sizes, lows, highs = zip(*kinds(), strict=True)
+    lines = []
+    for name, column in (
+        ("CODES", "".join(codes).encode()), ("SIZES", bytes(sizes)), ("LOWS", lows), ("HIGHS", highs)
+    ):  # fmt: skip
+        lines += _wrapped("%s = %r" % (name, column))
+    lines.append("LAYOUTS = {")
     for number, entry in layouts().items():
-        text = textwrap.wrap("%d: %r," % (number, entry), 106, break_long_words=False)
-        lines += ["    " + line for line in text]
+        lines += ["    " + line for line in _wrapped("%d: %s," % (number, _escaped(entry)))]
     return "\n".join([*lines, "}"])
+
+
+def _wrapped(text):
+    return textwrap.wrap(text, 106, break_long_words=False)
+
+
+def _escaped(data):
+    """Bytes as numbers throughout, parted where a line may end."""
+    parts = [data[k : k + 24] for k in range(0, len(data), 24)]
+    text = " ".join('b"%s"' % "".join("\\x%02x" % item for item in part) for part in parts)
+    return "(%s)" % text if len(parts) > 1 else text
 
 
 def all_indices():

@@ -1,7 +1,7 @@
 """The wire: `Encoder` and streaming `Decoder` of the messages that `larics.wire.messages` defines.
 
 A frame is COBS(version, type, sequence, payload, CRC-32) and a final 0; see `larics.wire.framing`. Both
-classes own fixed buffers and allocate nothing per byte or per message.
+classes own fixed buffers and allocate nothing per byte or per message but the first of a type.
 """
 
 import struct
@@ -17,7 +17,7 @@ except ImportError:
     unpack = None
 
 from larics.wire.framing import CRC_TABLE, LIMIT, OVERHEAD, seal
-from larics.wire.layouts import LAYOUTS
+from larics.wire.layouts import CODES, HIGHS, LAYOUTS, LOWS, SIZES
 from larics.wire.messages import *  # noqa: F403  (this module is the entry to the wire: type numbers and codes)
 from larics.wire.messages import COUNT_MAX, FIRST_COMMAND, INFO, STATUS, VERSION
 
@@ -34,11 +34,8 @@ MAX_FRAME = const(130)  # bytes of the longest frame: LIMIT, COBS byte and final
 _FORMATS = {66: "<B", 98: "<b", 72: "<H", 104: "<h", 73: "<I", 105: "<i"}  # by the ASCII of a field's code
 _BYTES = const(115)  # "s"
 _LOWER = const(97)  # codes from here on are signed
-_CODES = const(0)  # items as in layouts
-_SIZES = const(1)
-_LOWS = const(2)
-_HIGHS = const(3)
-_BODY = const(4)
+_BODY = const(0)  # items as in layouts
+_KINDS = const(1)
 _PLACE = const(0)  # items as in kernels.stream
 _WHOLE = const(3)
 _WELL = const(1)
@@ -78,12 +75,12 @@ def frame_size(number):
 
 def ranges_of(layout):
     """The fields of a layout without byte fields as kernels.stream.unpack wants them."""
-    codes, sizes, lows, highs, _ = layout
-    ranges = array("i", [0] * (4 * len(sizes)))
-    for k in range(len(sizes)):
-        ranges[4 * k] = sizes[k]
-        ranges[4 * k + 1] = int(codes[k] >= _LOWER)
-        ranges[4 * k + 2], ranges[4 * k + 3] = abs(lows[k]), highs[k]  # only signed ones are negative
+    ranges = array("i", [0] * (4 * (len(layout) - _KINDS)))
+    for k in range(len(layout) - _KINDS):
+        kind = layout[_KINDS + k]
+        ranges[4 * k] = SIZES[kind]
+        ranges[4 * k + 1] = int(CODES[kind] >= _LOWER)
+        ranges[4 * k + 2], ranges[4 * k + 3] = abs(LOWS[kind]), HIGHS[kind]  # only signed ones are negative
     return ranges
 
 
@@ -109,39 +106,39 @@ class Encoder:
         layout = LAYOUTS.get(number)
         if layout is None:
             raise ValueError("message type %d is unknown" % number)
-        sizes = layout[_SIZES]
-        if len(values) < len(sizes):
-            raise ValueError("%s has %d fields, got %d values" % (name(number), len(sizes), len(values)))
+        count = len(layout) - _KINDS
+        if len(values) < count:
+            raise ValueError("%s has %d fields, got %d values" % (name(number), count, len(values)))
         buffer = self.buffer
         buffer[1] = VERSION
         buffer[2] = number
         buffer[3] = self.sequence & 0xFF
         buffer[4] = self.sequence >> 8
         place = 1 + _HEADER
-        codes = layout[_CODES]
-        lows = layout[_LOWS]
-        highs = layout[_HIGHS]
-        for k in range(len(sizes)):
+        codes, lows, highs = CODES, LOWS, HIGHS
+        for k in range(count):
             value = values[k]
-            if codes[k] == _BYTES:
+            kind = layout[_KINDS + k]
+            if codes[kind] == _BYTES:
                 self._put_bytes(number, k, value, place)
             else:
-                if not lows[k] <= value <= highs[k]:
+                if not lows[kind] <= value <= highs[kind]:
                     value = self._refuse(number, k, value)
-                struct.pack_into(_FORMATS[codes[k]], buffer, place, value)
-            place += sizes[k]
+                struct.pack_into(_FORMATS[codes[kind]], buffer, place, value)
+            place += SIZES[kind]
         self.sequence = (self.sequence + 1) & 0xFFFF
         return seal(buffer, place)
 
     def _put_bytes(self, number, k, data, place):
-        size = LAYOUTS[number][_SIZES][k]
+        size = SIZES[LAYOUTS[number][_KINDS + k]]
         if len(data) != size:
             place = "%s.%s" % (name(number), fields(number)[k][0])
             raise ValueError("%s has %d bytes, got %d" % (place, size, len(data)))
         self.buffer[place : place + size] = data
 
     def _refuse(self, number, k, value):
-        low, high = LAYOUTS[number][_LOWS][k], LAYOUTS[number][_HIGHS][k]
+        kind = LAYOUTS[number][_KINDS + k]
+        low, high = LOWS[kind], HIGHS[kind]
         if not self._clamp:
             place = "%s.%s" % (name(number), fields(number)[k][0])
             raise ValueError("%s = %d is outside %d..%d" % (place, value, low, high))
@@ -200,17 +197,14 @@ class Decoder:
     def __init__(self, on_message):
         self.counters = Counters()
         self._on_message = on_message
-        self._values = {}
-        for number, layout in LAYOUTS.items():
-            pairs = zip(layout[_SIZES], layout[_CODES])
-            self._values[number] = [bytearray(size) if code == _BYTES else 0 for size, code in pairs]
+        self._values = {}  # of what a camera sends, once it comes: another camera does without
         self._ranges = {}  # of what a board receives, as kernels.stream.unpack wants them
         self._stream = array("i", (0, 0, 1, 0))
-        for number in LAYOUTS:
+        for number, layout in LAYOUTS.items():
             if number >= FIRST_COMMAND:
-                self._values[number] = array("i", self._values[number])
+                self._values[number] = array("i", [0] * (len(layout) - _KINDS))
                 if unpack:
-                    self._ranges[number] = ranges_of(LAYOUTS[number])
+                    self._ranges[number] = ranges_of(layout)
         self._message = bytearray(LIMIT + 1)
         self._sequence = -1
         self._boot = -1
@@ -259,7 +253,7 @@ class Decoder:
         if size != layout[_BODY] + _HEADER + _CRC:
             counters.length = (counters.length + 1) & COUNT_MAX
             return
-        values = self._values[number]
+        values = self._values_of(number, layout)
         ranges = self._ranges.get(number)
         if ranges is None:
             is_good = self._unpack(layout, values)
@@ -274,6 +268,14 @@ class Decoder:
         elif number == STATUS:
             self._hear_boot(values[_STATUS_BOOT], sequence)
         self._on_message(number, sequence, values)
+
+    def _values_of(self, number, layout):
+        values = self._values.get(number)
+        if values is None:
+            kinds = layout[_KINDS:]
+            values = [bytearray(SIZES[k]) if CODES[k] == _BYTES else 0 for k in kinds]
+            self._values[number] = values
+        return values
 
     def _count_gap(self, sequence):
         counters = self.counters
@@ -317,14 +319,12 @@ class Decoder:
 
     def _unpack(self, layout, values):
         message = self._message
-        codes = layout[_CODES]
-        sizes = layout[_SIZES]
-        lows = layout[_LOWS]
-        highs = layout[_HIGHS]
+        codes, lows, highs = CODES, LOWS, HIGHS
         place = _HEADER
-        for k in range(len(sizes)):
-            size = sizes[k]
-            if codes[k] == _BYTES:
+        for k in range(len(values)):
+            kind = layout[_KINDS + k]
+            size = SIZES[kind]
+            if codes[kind] == _BYTES:
                 data = values[k]
                 for j in range(size):
                     data[j] = message[place + j]
@@ -332,7 +332,7 @@ class Decoder:
                 continue
             place += size
             value = message[place - 1]  # the highest byte first, while it says whether 30 bits suffice
-            if codes[k] >= _LOWER:
+            if codes[kind] >= _LOWER:
                 value = (value ^ 0x80) - 0x80
             if size == 4:
                 if not -64 <= value < 64:
@@ -341,7 +341,7 @@ class Decoder:
                 value = value << 8 | message[place - 3]
             if size >= 2:
                 value = value << 8 | message[place - size]
-            if not lows[k] <= value <= highs[k]:
+            if not lows[kind] <= value <= highs[kind]:
                 return False
             values[k] = value
         return True
