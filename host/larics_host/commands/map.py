@@ -281,15 +281,19 @@ def _marker(built, number, heights):
 def _tell_build(collected, built):
     weak = _weak(built) if built.is_scaled else []  # else far ones are less known, wherever one drives
     if weak:
-        told = ", ".join("%d (+- %.0f mm)" % one for one in weak)
+        told = ", ".join(_how_well(built, number) for number in weak)
         print("known less well than the others, drive by once more: marker %s" % told)
     for move in built.moves:
         text = "marker %d was moved by %.0f mm while it was logged: the map has its last place"
         print(text % (move.id, move.mm))
+    for lacked in built.unknown:
+        ids = ", ".join("%d" % marker_id for marker_id in sorted(set(lacked.ids)))
+        text = "the map lacks a marker near x %.0f y %.0f mm, read as marker %s: drive by it once more"
+        print(text % (lacked.x_mm, lacked.y_mm, ids))
     if built.passages:
         aside = ", ".join("%d" % marker_id for marker_id in sorted(built.aside))
         print(
-            "%s, %d set aside%s; %s outvoted"
+            "%s, %d misread or set aside%s; %s outvoted"
             % (
                 counted(built.passages, "passage"),
                 built.aside.total(),
@@ -306,11 +310,15 @@ def _tell_build(collected, built):
 
 
 def _weak(built):
-    """[(ID, mm)] of the markers whose places are known much less well than most, the worst first."""
+    """Numbers of the markers whose places are known much less well than most, the worst first."""
     sigmas = {number: built.sigmas(number).place_mm for number in built.poses}
     least = max(WEAK_MM, WEAK_TIMES * statistics.median(sigmas.values()))
-    worst = sorted(sigmas, key=lambda number: -sigmas[number])
-    return [(built.places[number].id, sigmas[number]) for number in worst if sigmas[number] > least]
+    return sorted((number for number in sigmas if sigmas[number] > least), key=lambda number: -sigmas[number])
+
+
+def _how_well(built, number):
+    once = "passed once, " if built.passed[number] == 1 else ""
+    return "%d (%s+- %.0f mm)" % (built.places[number].id, once, built.sigmas(number).place_mm)
 
 
 def _names(built, group):

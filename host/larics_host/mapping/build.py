@@ -23,6 +23,7 @@ from larics_host.mapping.graph import Graph, Link, Reading
 from larics_host.mapping.layout import Group, Layout, Part, layout
 from larics_host.mapping.links import Place
 from larics_host.mapping.lost import refuse_lost
+from larics_host.mapping.misread import Unknown, recognize, unknown
 from larics_host.mapping.moves import Move, find_moves
 from larics_host.mapping.poses import Pose, after, inverse, rigid_fit, wrapped
 from larics_host.mapping.settle import settle
@@ -66,8 +67,9 @@ class Built:
     """places {number: Place} and, of those tied together, poses {number: (x mm, y mm, heading deg)} and
     covariances {number: (3, 3) of x mm, y mm, rad}; untied: groups of numbers that are not.
 
-    lines [((x, y), (x, y))] of what was seen together or one after the other; passages and, of those, how
-    many were set aside; aside: Counter of the IDs that they read; moves; rms of the readings in mm; shares
+    lines [((x, y), (x, y))] of what was seen together or one after the other; passages, and aside: Counter of
+    the IDs of those that were misread or set aside; unknown: markers that the map lacks; passed {number: how
+    often}; moves; rms of the readings in mm; shares
     {log: of the odometry} and noise of the wheels; notes for the user; is_scaled: whether a length
     that is known by hand holds the map."""
 
@@ -79,6 +81,8 @@ class Built:
     links: int = 0
     passages: int = 0
     aside: Counter = field(default_factory=Counter)
+    unknown: list[Unknown] = field(default_factory=list)
+    passed: Counter = field(default_factory=Counter)
     moves: list[Move] = field(default_factory=list)
     rms_mm: float = 0.0
     shares: dict = field(default_factory=dict)
@@ -129,12 +133,15 @@ def _build(collected, request, progress):
         if wrong:
             raise _not_of_this_hall(wrong, collected, request, passages)
         settle(graph, main, progress, done)
+        if recognize(graph, passages):
+            settle(graph, main, progress, done)
         if not passages or graph.loudness() < _LAID_OUT_ANEW * noise:
             break
         noise = graph.loudness()  # much worse than thought: other passages may be of one marker then
     moves = find_moves(
         graph, laid.places, lambda trial: settle(trial, main, lambda _: None, 0.7, is_last=True)
     )
+    recognize(graph, passages)
     settle(graph, main, progress, 0.7, is_last=True)
     doubtful = replace(graph, noises=graph.expected)  # a leg on which a wheel may have slipped is less known
     marginals = doubtful.marginals()
@@ -173,7 +180,8 @@ def _build(collected, request, progress):
         built.poses[number] = (float(x), float(y), round(math.degrees(heading), 2) % 360)
         built.covariances[number] = covariance[3 * k : 3 * k + 3, 3 * k : 3 * k + 3]
     built.passages = len(passages)
-    built.aside = unread
+    built.aside, built.unknown = unread, unknown(graph, passages)
+    built.passed = Counter(one.place for one in graph.readings if one.used)
     _tell_fit(built, graph)
     return built
 

@@ -83,13 +83,13 @@ def of_two_places(graph: Graph) -> list[Doubt]:
     misread = set()
     used: dict[int, list[int]] = {}
     for one in graph.readings:
-        if one.used:
+        if one.used and not one.is_misread:
             used.setdefault(one.place, []).append(one.passage)
     for one in graph.readings:
         place = None if one.used else _doubted(graph, one, len(used.get(one.place, ())))
         if place is not None:
             others.setdefault(place, []).append(one)
-            if place != one.place:
+            if place != one.place or one.is_misread:
                 misread.add(place)
     found = []
     for number, readings in others.items():

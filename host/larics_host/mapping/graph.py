@@ -56,12 +56,14 @@ def needed() -> Any:
 
 @dataclass
 class Reading:
-    """Of a place, in the vehicle frame of a passage; both by number. used: whether it counts."""
+    """Of a place, in the vehicle frame of a passage; both by number. used: whether it counts; is_misread:
+    whether another ID was read there."""
 
     passage: int
     place: int
     pose: tuple
     used: bool = True
+    is_misread: bool = False
 
 
 @dataclass

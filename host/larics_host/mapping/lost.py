@@ -15,8 +15,8 @@ _CARRIED_MM, _CARRIED_RAD = 700.0, 0.35  # more than slips between two markers
 
 
 def refuse_lost(graph: Graph, passages: list[tuple[int, int, Part]]) -> Counter[int]:
-    """Counter of the IDs of passages (number, ID read, Part) that were set aside. UserError where they are
-    too many for one map, or where the vehicle went as no wheels do."""
+    """Counter of the IDs of passages (number, ID read, Part) that were misread or set aside. UserError where
+    they are too many for one map, or where the vehicle went as no wheels do."""
     for one in graph.legs:
         ahead, left, turned = graph.leg_error(one)
         if math.hypot(ahead, left) > _CARRIED_MM or abs(turned) > _CARRIED_RAD:
@@ -25,7 +25,7 @@ def refuse_lost(graph: Graph, passages: list[tuple[int, int, Part]]) -> Counter[
                 "degrees of which its odometry knows nothing; was it carried? Drive anew, or begin a new log "
                 "after that" % (math.hypot(ahead, left) / 1000, math.degrees(abs(turned)))
             )
-    read = {one.passage for one in graph.readings if one.used}
+    read = {one.passage for one in graph.readings if one.used and not one.is_misread}
     aside: Counter[int] = Counter(marker_id for number, marker_id, _ in passages if number not in read)
     if len(passages) >= _JUDGED and aside.total() > (1 - _EXPLAINED) * len(passages):
         raise UserError(

@@ -25,7 +25,6 @@ _PLATE_MM = 450.0  # plates have no room nearer to each other
 _ODD_SHARE = 0.15  # of its readings, or one of at least four, may not go with the others of their side
 _NEIGHBOUR = 2.0  # gates that a reading of another marker may be off: two slips in a row, not the move
 _NEAR = 2  # passages beside one, whose readings have to agree
-_WALKED = 4  # legs to one that is known without this one
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
 _STANDS_OUT = 2.0  # times as large as any other that a single reading tells of: no slip, as the others are
 _RIVALS = 4  # single readings that tell of moves, of which each may be the one that is true
@@ -216,18 +215,20 @@ def _surely(graph, one, number, mm, rest):
     if not mm < _SINGLE_MM:
         return False
     other = graph.places[number]
+    used = {reading.passage for reading in graph.readings if reading.used}
     legs = {a: leg for _, a, _, leg in graph.legs}
     ways = []  # [(passage that is known, legs to it)]
     for step in (-1, 1):
-        held = _held(graph, one, step, legs, rest)
+        if not _is_held(graph, one, step, legs, rest):
+            continue
         known, there = one.passage, []
-        for _ in range(_WALKED):
+        for _ in range(_NEAR):
             first = min(known, known + step)
             if first not in legs:
                 break
             there.append(legs[first])
             known += step
-            if known in held:
+            if known in used:
                 ways.append((known, there))
                 break
     slip_mm = _SLIP_MM if len(ways) > 1 else _SLIP_MOST_MM  # at the end of a drive, one slip is enough
@@ -243,10 +244,9 @@ def _surely(graph, one, number, mm, rest):
     return any(square > GATE for square in squares)
 
 
-def _held(graph, one, step, legs, rest):
-    """The passages before that of a reading, or after it, that are known without it: all, where passages
-    `rest` are among them, else those whose places are read on the other side, too. Others hang on this one,
-    and one slip moves them all."""
+def _is_held(graph, one, step, legs, rest):
+    """Whether the drive before a reading, or after it, is known without it: passages `rest` are there, or
+    ones whose place is known from elsewhere, too. Else all of it hangs on this one, and one slip moves it."""
     side = set()
     known = one.passage
     while min(known, known + step) in legs:
@@ -256,10 +256,9 @@ def _held(graph, one, step, legs, rest):
     elsewhere = {place for passage, place in read if passage not in side}
     elsewhere |= {place for link in graph.links if link.used for place in (link.first, link.second)}
     elsewhere |= {place for place, _ in graph.given}
-    is_whole = bool(rest & side)
-    return {passage for passage, place in read if passage in side and (is_whole or place in elsewhere)} - {
-        one.passage
-    }
+    return bool(rest & side) or any(
+        passage in side and place in elsewhere and passage != one.passage for passage, place in read
+    )
 
 
 def _slipping(leg, noise, slip_mm):
