@@ -254,10 +254,10 @@ def test_what_a_first_reading_may_leave_beside_a_bit():
 def test_cells_that_motion_washes_out_look_like_none():
     lines = Lines()
     for motion, told, margin, expected in (
-        (6, PLAIN, 84, 5),
-        (6, PLAIN, 83, -1),
-        (0, PLAIN, 83, -1),
-        (6, 21, 83, 21),
+        (6, PLAIN, 31, 5),
+        (6, PLAIN, 30, -1),
+        (0, PLAIN, 30, -1),
+        (6, 21, 30, 21),
         (7, PLAIN, 151, 5),
         (7, PLAIN, 150, -1),
         (7, 21, 150, 21),

@@ -82,6 +82,19 @@ def test_how_much_darker_than_the_others_ink_may_be():
         assert cells._weigh(False) and cells._weights[dark[0]] - BIAS == weight, depth
 
 
+def test_what_nothing_covers_and_yet_tells_nothing_is_counted():
+    for lighter, count in ((0, 2), (100, 2), (-100, 2), (101, 1), (-101, 1)):
+        cells = reader()
+        show(cells, 3)
+        for cell in (4, 17):
+            cells.depths[cell] = BIAS + 128  # neither dark nor white
+        cells.depths[48 + 4] = WHITE + lighter
+        cells.depths[9] = 0  # beyond the frame
+        assert cells._weigh(False) and cells._weights[27] == count, lighter
+        cells._hidden = 1 << 20  # white, behind a hidden ring, of the plate's tone
+        assert cells._weigh(False) and cells._weights[27] == count + 1, lighter
+
+
 def test_cells_are_believed_less_the_more_light_is_on_them():
     dark = golay.cells(ID)
     white_cell = [cell for cell in range(24) if not dark >> cell & 1][0]

@@ -73,7 +73,7 @@ def test_by_how_much_a_word_must_cost_less_than_the_second():
         (5, ID, 1, 78),
     ):
         for short, believed in ((0, 1 + told), (1, 0)):
-            weights, result = array("i", bytes(4 * 26)), array("i", (told, 0, gap - short, 0, 0))
+            weights, result = array("i", bytes(4 * 28)), array("i", (told, 0, gap - short, 0, 0))
             weights[25] = 0 if told == 0 else 500
             found = cell_words.believed_word(lines_id, 0, turned, weights, result)
             assert found & 4095 == believed, (lines_id, told, turned, gap - short)
@@ -89,8 +89,8 @@ def test_the_more_cells_tell_nothing_the_more_a_second_word_must_cost():
         (0, 9, 110, True),  # without lines it must anyway
         (16 + 5, 9, 78, True),
     ):
-        weights, result = array("i", bytes(4 * 26)), array("i", (ID, 0, gap, 0, blank))
-        weights[25] = 500
+        weights, result = array("i", bytes(4 * 28)), array("i", (ID, 0, gap, 0, 0))
+        weights[25], weights[27] = 500, blank
         found = cell_words.believed_word(lines_id, 0, 0, weights, result)
         assert (found & 4095) == (1 + ID if believed else 0), (lines_id, blank, gap)
 
@@ -116,7 +116,7 @@ def test_what_a_word_may_cost_and_what_makes_it_sure():
         (0, ID, 0, 0, 110 + 288, 0, 255),
         (0, ID, 0, 0, 110 + 287, 0, 254),
     ):
-        weights, result = array("i", bytes(4 * 26)), array("i", (told, cost, cost + gap, 0, 0))
+        weights, result = array("i", bytes(4 * 28)), array("i", (told, cost, cost + gap, 0, 0))
         weights[25] = plain
         found = cell_words.believed_word(lines_id, 0, turned, weights, result)
         assert found == (0 if margin is None else 1 + told + (margin << 12)), (told, turned, cost, gap)

@@ -10,7 +10,7 @@ from larics.kernels.layouts import BIAS
 def stroke_cost(random):
     for number, frame in enumerate(frames(WIDTH, HEIGHT, random)):
         for pose in _poses(random):
-            weights = ints(27, random, BIAS - 64, BIAS + 64)
+            weights = ints(28, random, BIAS - 64, BIAS + 64)
             weights[24] = 700
             weights[25] = random.below(1536)
             weights[26] = random.below(1 << 24) & random.below(1 << 24) & random.below(1 << 24)

@@ -39,7 +39,7 @@ _SMALL_Q8 = const(3072)  # radius of rings on which a speck of dirt may be as la
 _ONE_LEAST_SMALL = const(212)  # but is seldom as dark
 _DIRTY_MOST = const(200)  # of one position that must be empty, at most
 _WASHING = const(7)  # entry of blur_model.MOTIONS: from 5/12 of the outer radius on it may wash out cells;
-_PLAIN_LEAST = const(84)  # blur hides cells, and where print is patchy it is taken for blur: that there are
+_PLAIN_LEAST = const(31)  # blur hides cells, and where print is patchy it is taken for blur: that there are
 _PLAIN_MOVING = const(151)  # none is believed only with this margin, and this one where motion is as long
 
 

@@ -13,9 +13,8 @@ _BIAS = const(1 << 24)  # items as in kernels.layouts
 _WORD_ID = const(0)
 _WORD_COST = const(1)
 _WORD_SECOND = const(2)
-_WORD_BLANK = const(4)
 
-WEIGHTS = const(27)  # items that `cell_weights` writes
+WEIGHTS = const(28)  # items that `cell_weights` writes
 
 _LIGHT = const(_BIAS - 128)
 _BLEACHED = const(1024)  # log units: a grey of 240
@@ -32,7 +31,7 @@ _GAP_LEAST_ALONE = const(110)  # without lines that agree,
 _GAP_LEAST_PLAIN = const(45)  # of plain markers, with lines that were read,
 _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when the first costs at most
 _COST_MOST_TURNED = const(80)  # that much,
-_BLANK_FEW = const(4)  # cells that tell nothing; for each beyond these so much more,
+_BLANK_FEW = const(4)  # cells that tell nothing, and nothing covers; for each beyond these so much more,
 _GAP_BLANK = const(8)
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
 _COST_QUARTERS = const(7)  # and at least as much as the first contradicts,
@@ -52,8 +51,9 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
     What covers a cell looks like white, but is seldom as bright as the white beside the cells that are dark:
     the less alike, the less a cell tells; but where none looks dark, an edge of light is likelier than
     something that hides them all. Where the ring before it is hidden, a cell that looks white tells nothing.
-    weights: WEIGHTS items; after the cells' the usual white, log units, what the dark ones weigh in all, and
-    which they are: bit k for cell k. Returns how many cells were looked at, 0 when too few."""
+    weights: WEIGHTS items; after the cells' the usual white, log units, what the dark ones weigh in all,
+    which they are: bit k for cell k, and how many tell nothing though nothing of another tone covers them.
+    Returns how many cells were looked at, 0 when too few."""
     count = 0
     seen = 0
     # the four lowest and the four highest so far
@@ -200,6 +200,7 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
         bleached = 1 << 29
     total = 0
     mask = 0
+    blank = 0
     i = 0
     while i < 24:
         value = int(weights[i]) - _BIAS
@@ -258,9 +259,14 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
             mask = mask | (1 << i)
         elif value < 0 and (hidden >> i) & 1:
             weights[i] = _BIAS
+        if int(weights[i]) == _BIAS and int(depths[i]):
+            off = int(depths[48 + i]) - white
+            if off <= _TONE and off >= 0 - _TONE:
+                blank += 1  # nothing of another tone covers it
         i += 1
     weights[25] = total
     weights[26] = mask
+    weights[27] = blank
     return count
 
 
@@ -300,7 +306,7 @@ def believed_word(lines_id: int, gap: int, is_turned: int, weights: ptr32, resul
             if gap > plain - cost:
                 gap = plain - cost
             # another word may hide where nothing is seen
-            count = int(result[_WORD_BLANK]) - _BLANK_FEW
+            count = int(weights[27]) - _BLANK_FEW
             if count > 0:
                 least += count * _GAP_BLANK
     if is_turned:

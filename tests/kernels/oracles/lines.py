@@ -218,7 +218,8 @@ def certain_word(before, after, result):
 
 def believed_word(before, after, result):
     """The cheaper of the word and, with lines that were read, plainness; beyond doubt of whatever else."""
-    lines_id, _, turned, weights, (told, cost, second, _, blank) = before
+    lines_id, _, turned, weights, (told, cost, second, _, _) = before
+    blank = weights[27]
     believed = result & 4095
     costs = {told: cost}
     doubt = lines_id >> 3
