@@ -144,6 +144,7 @@ def test_two_logs_and_a_jump_of_the_odometry_make_one_map(tmp_path, capsys):
 def test_what_no_map_can_be_built_from_is_said(tmp_path, capsys):
     one = drive(World(markers=6, length_m=20.0, moved=False, wrong=0.0, wrong_frames=0.0), 5007)
     log, out = str(write_log(tmp_path / "drive.jsonl", one)), str(tmp_path / "hall.json")
+    raw = str(write_log(tmp_path / "raw.bin", one))
     only = one.hall[0][0]
     one.frames = [(*rest, [seen for seen in seens if seen[0] == only]) for *rest, seens in one.frames]
     single = str(write_log(tmp_path / "single.jsonl", one))
@@ -153,6 +154,9 @@ def test_what_no_map_can_be_built_from_is_said(tmp_path, capsys):
         ((nothing,), "no marker was read in these logs: a map needs two or more"),
         ((single,), "marker %d is the only one that was read: a map needs two or more" % only),
         ((log, str(tmp_path / "." / "drive.jsonl")), "drive.jsonl is given twice"),
+        ((nothing, log, raw), "drive.jsonl and %s are of the same drive: give one of them" % raw),
+        ((log, "--place", "3,0,0", "--place", "3,9,0"), "marker 3 is given 2 places"),
+        ((log, "--place", "3,0,0", "--anchor", "3,9,0,0"), "marker 3 is given 2 places"),
         ((log, "--anchor", "3,0"), "--anchor 3,0: give ID,X,Y,DEG, such as 3,0,0,90"),
         ((log, "--anchor", "3.5,0,0,0"), "--anchor 3.5,0,0,0: 3.5 is no ID"),
         ((log, "--place", "3,inf,0"), "--place 3,inf,0: give ID,X,Y or ID,X,Y,DEG"),
@@ -161,6 +165,18 @@ def test_what_no_map_can_be_built_from_is_said(tmp_path, capsys):
     ):
         assert cli.main(["map", "build", *words, "-o", out]) == 2
         assert said in capsys.readouterr().err
+
+
+def test_logs_of_two_halls_that_were_joined_are_two_drives(tmp_path, capsys):
+    """The frames' numbers and the way begin anew in between: what odometry says there is of two vehicles."""
+    logs = []
+    for seed in (3, 4):
+        one = drive(World(markers=6, length_m=25.0, moved=False, wrong=0.0), seed)
+        logs.append(write_log(tmp_path / ("%d.bin" % seed), one).read_bytes())
+    (tmp_path / "joined.bin").write_bytes(b"".join(logs))
+    out = str(tmp_path / "hall.json")
+    assert cli.main(["map", "build", str(tmp_path / "joined.bin"), "-o", out]) == 1
+    assert "problem: not tied to the rest: marker" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import argparse
 import math
 import os
 import statistics
+from collections import Counter
 
 from larics.wire import messages as m
 from larics_host import files
@@ -264,6 +265,12 @@ def _request(args):
     if args.anchor is not None:
         marker_id, *pose = _numbers("--anchor", args.anchor, (4,), ("ID,X,Y,DEG", "3,0,0,90"))
         anchor = (_id("--anchor", args.anchor, marker_id), *pose)
+    held = Counter(one[0] for one in [*given, anchor] if one)
+    for marker_id, count in held.items():
+        if count > 1:
+            raise UserError(
+                "marker %d is given %d places: --place and --anchor take one each" % (marker_id, count)
+            )
     return Request(anchor, given, _distances(args))
 
 

@@ -14,12 +14,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from larics_host import files
+from larics_host.errors import UserError
 from larics_host.mapping.links import Place, Readings
 from larics_host.mapping.passages import Drive, drives
-from larics_host.mapping.sightings import read_sightings
+from larics_host.mapping.sightings import Seen, read_sightings
 
 if TYPE_CHECKING:
     from larics_host.annotations import StrPath
+
+
+_SAME_LEAST, _SAME_SHARE = (
+    20,
+    0.5,
+)  # readings of two logs that are the same to the bit, and of the shorter one
 
 
 @dataclass
@@ -54,12 +61,16 @@ class Collected:
 def collect(
     paths: Sequence[StrPath], repeats: bool, progress: Callable[[int], object] = files.unwatched
 ) -> Collected:
-    """What logs tell; progress is told the bytes read of all of them together."""
+    """What logs tell; progress is told the bytes read of all of them together. UserError where two are of the
+    same drive: what is said twice would count twice."""
     readings = Readings(repeats)
     found: list[Drive] = []
     before = 0
+    known: list[set] = []
     for log, path in enumerate(paths):
         seen = read_sightings(path, _from(before, progress))
+        if len(paths) > 1:
+            _refuse_same(known, seen, paths)
         before += files.size(path)
         progress(before)
         driven, alone = drives(seen, log)
@@ -67,6 +78,19 @@ def collect(
         readings.add(seen, alone)
     places, links, refused = readings.links()
     return Collected(places, links, refused, [one for one in found if one.passages], repeats)
+
+
+def _refuse_same(known: list[set], seen: Seen, paths: Sequence[StrPath]) -> None:
+    """Adds what was seen to that of the logs before. UserError where it is that of one of them."""
+    mine = {
+        (number, one.id, one.x_mm, one.y_mm, one.heading_deg)
+        for number, one in zip(seen.numbers[seen.frames].tolist(), seen.sightings, strict=True)
+    }
+    for before, theirs in zip(paths, known, strict=False):
+        least = max(_SAME_LEAST, _SAME_SHARE * min(len(mine), len(theirs)))
+        if len(mine & theirs) >= least:
+            raise UserError("%s and %s are of the same drive: give one of them" % (before, paths[len(known)]))
+    known.append(mine)
 
 
 def _from(before, progress):

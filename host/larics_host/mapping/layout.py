@@ -25,6 +25,7 @@ from larics_host.mapping.wheels import SHARES, Leg, Way
 _AGREE_MM, _AGREE_SHARE, _AGREE_RAD = 600.0, 0.02, 0.3  # and so much of the distance
 _CONFLICT_MM = 400.0  # two IDs so near each other cannot be
 _SURE = 2  # passages; more are no misread marker
+_LOUDER = (1.0, 4.0)  # a wheel that slipped early is no reason to take a drive for lost
 _TRIED = 400  # ways to lay one part over another
 
 
@@ -103,8 +104,12 @@ def _driven(drive, repeats, noise, lengths):
     way = Way(drive.stretch.x_mm, drive.stretch.y_mm, drive.stretch.heading)
     shares, sigma = shares_of(drive, way, noise)
     part = Part([], drive, way, shares=shares)
-    founds = places_of(drive, part.legs(shares), sigma, noise)
-    lost = seam(founds)
+    lost = None
+    for louder in _LOUDER:
+        founds = places_of(drive, part.legs(shares), sigma, louder * noise)
+        lost = seam(founds)
+        if lost is None:
+            break
     if lost is not None:
         metres = way.driven_mm[drive.passages[lost].frame] / 1000
         raise UserError(
