@@ -138,6 +138,8 @@ def test_odometry_carries_the_pose_on_up_to_a_sigma():
 
 def test_what_markers_say_of_their_own_scatter_is_bounded():
     for told, scatter in (
+        ((5, 14), (5, 1)),
+        ((5, 15), (5, 2)),  # hundredths of a degree: what is rounded off would be most of it
         ((19999, 179990), (19999, 17999)),
         ((20001, 180010), (20000, 18000)),
         ((60000, 600000), (20000, 18000)),

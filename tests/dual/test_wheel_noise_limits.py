@@ -21,7 +21,7 @@ def test_noise_is_heard_as_a_mean_within_limits():
     assert louder_by(16, 16) == [40, 20 + 28]  # what was expected was more than was found
     assert louder_by(0) == [-96 + 40]  # by one square no more
     assert louder_by(0, 0, 0) == [-56, -92, -110]
-    assert louder_by(*[0] * 60)[-1] == -176 + 40 // 10
+    assert louder_by(*[0] * 90)[-1] == -208 + 40 // 10
     assert louder_by(512) == louder_by(1 << 18) == [5 * 16 + 40]  # a slip
     assert louder_by(*[1 << 18] * 60)[-1] == 176
     noise = Loudness()
@@ -170,9 +170,70 @@ def test_which_ways_below_a_marker_tell_that_wheels_are_quiet():
         assert way_q4 == 0 and (turn_q4 < -20) == tells, (turn_cdeg, times)
 
 
+def test_what_is_not_seen_of_the_way_is_as_loud_as_in_turns():
+    for times, other_q4, expected_q4 in (
+        (2, -300, -96 + 20 - 48),  # as before
+        (2, -100, -100),
+        (2, 0, -96 + 20),  # no more than stays unseen
+        (1, 0, 0),  # one way tells nothing
+    ):
+        noise = seen(*[(399, 100, 6400)] * (times - 1), noise=Loudness())
+        noise._found_q4 = -96
+        noise.look(0, 400, 6400, -200)
+        assert noise._is_unseen and noise._known == times
+        noise.follow(other_q4)
+        assert noise.q4 == expected_q4, (times, other_q4)
+    noise = seen(*[(1000, 0, 4000)] * 2)
+    noise.follow(500)  # what is seen needs nobody to tell
+    assert noise.q4 == -32 + 40 // 2
+
+
 class Heard(Loudness):
+    scatter = -1
+
     def look(self, square, scatter, expected, least_q4):
-        self.expected, self.least_q4 = expected, least_q4
+        self.scatter, self.expected, self.least_q4 = scatter, expected, least_q4
+
+    def follow(self, other_q4):
+        self.other_q4 = other_q4
+
+
+def beside_noise(told_mm=100, told_mrad=0, way_ms=100, scatter_mm10=0, scatter_cdeg=0, certain_mm10=0):
+    """What of 100 mm may be missed beside the noise of wheels, along the way and in turns: mm2 Q8."""
+    made, fix = carrier()
+    made.turn_noise, made.way_noise = Heard(), Heard()
+    fix.scatter_mm10, fix.scatter_cdeg, fix.certain_mm10 = scatter_mm10, scatter_cdeg, certain_mm10
+    for _ in range(2):
+        made._near_ms, made.shares.way_mm10, made.shares.missed_q4 = way_ms, 1000, 0
+        made.shares.told_mm, made.shares.told_mrad = told_mm, told_mrad
+        made.turn_noise.q4 -= 7
+        made._look_closely(fix)
+        assert made.way_noise.other_q4 == made.turn_noise.q4
+    return made.way_noise.scatter, made.turn_noise.scatter
+
+
+def test_what_else_than_noise_is_missed_on_a_short_way():
+    assert beside_noise(way_ms=2047) == (1, 0)  # at 48 mm/s
+    # the scatter of the detection, twice: 0.2 mm are 20.5, and 0.02 degrees 0.05 mm
+    assert beside_noise(way_ms=2047, scatter_mm10=2, scatter_cdeg=2) == (21, 2)
+    assert beside_noise(way_ms=2047, scatter_cdeg=1)[1] == 1
+    # 0.4 ms, twice: at 1 m/s, and while it turns by 1.5 rad/s
+    assert beside_noise() == ((40 * 40 + 19) // 20, 0)
+    assert beside_noise(told_mrad=-1500, way_ms=1000) == ((4 * 4 + 19) // 20, (9 * 9 + 19) // 20)
+    assert beside_noise(0, 1500, 1000)[0] == -1  # of a turn on the spot
+    # what calibration puts the place off by turns with the vehicle
+    assert beside_noise(told_mrad=1000, way_ms=2047, certain_mm10=30)[0] == (150 * 300 + 2 + 19) // 20
+    for mrad, swept in ((1980, 1960), (2000, 1980), (2015, 1980), (-9000, 1980)):
+        assert (
+            beside_noise(told_mrad=mrad, way_ms=2047, certain_mm10=99)[0] == (swept * swept // 2 + 20) // 20
+        )
+    for certain_mm10 in (99, 100, 101, 20000):
+        swept = min(2000, 20 * certain_mm10)
+        found = beside_noise(told_mrad=2000, way_ms=2047, certain_mm10=certain_mm10)[0]
+        assert found == (swept * swept // 2 + 20) // 20, certain_mm10
+    most = (2000 * 2000 + 19) // 20
+    assert beside_noise(way_ms=2047, scatter_mm10=5000, scatter_cdeg=3000) == (most + 1, most)
+    assert beside_noise(told_mrad=2000, way_ms=1)[1] == most
 
 
 def expected(way_ms):

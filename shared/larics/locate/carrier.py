@@ -37,6 +37,9 @@ _NEAR_MOST_MM10 = const(7000)  # ... legs do; ways no longer than this
 _NEAR_MOST_MS = const(2047)
 _NEAR_MS = const(900)  # wheels that go wrong for 0.3 s show a third of their noise in half of this,
 _ALIKE_MS = const(200)  # and of two ways that each take so long half of that as a difference
+_LATE_MM_S = const(25)  # 0.01 mm by the 0.4 ms that the clocks of vehicle and camera differ by
+_MOST_MRAD = const(2000)  # of a turn that moves a vehicle in the map by what calibration is wrong by
+_MOST_OFF = const(2000)  # 0.01 mm
 _LEAST_Q4 = const(-48)  # against the noise that depends on no speed: less no short way shows
 _LEARN_MM10 = const(3000)  # a shorter way teaches nothing, nor does one under the same marker that is shorter
 _LEARN_AGAIN_MM10 = const(15000)  # than this: wheels go wrong for 0.3 s, and the camera's errors cancel
@@ -292,24 +295,34 @@ class Carrier:
         """Before there are legs to learn from: wheels that err less under a marker than the model says, on
         the way or turn that was compared, are less noisy. It is too short to show that they are noisier.
 
-        A turn counts by what the difference of the wheels missed, half of it; all squares are in mm2 Q8."""
+        A turn counts by what the difference of the wheels missed, half of it; all squares are in mm2 Q8.
+        What else is missed: by the scatter of the detection, as odometry is of a time that is a little
+        wrong, and as what is wrong with the calibration turns with the vehicle."""
         shares, half_track_mm = self.shares, self._model.half_track_mm
         way_ms = max(1, self._near_ms)
-        noise_q4 = self._model.at_speed_q4(min(8000, shares.way_mm10 * 100 // way_ms))
+        speed_mm_s = min(8000, shares.way_mm10 * 100 // way_ms)
+        turned = min(_MOST_MRAD, abs(shares.told_mrad))
+        noise_q4 = self._model.at_speed_q4(speed_mm_s)
         expected = times_q4(shares.way_mm10 * _WAY_NOISE_Q20 >> 10, noise_q4) >> 6
         expected = min(1 << 19, expected * way_ms // (way_ms + _NEAR_MS) * way_ms // (way_ms + _ALIKE_MS))
         least_q4 = self._model.noise_q4 - noise_q4 + _LEAST_Q4
         off = max(-4000, min(4000, shares.missed_q4 * half_track_mm // 160))  # 0.01 mm
-        scatter = min(2000, mrad_q4(min(fix.scatter_cdeg, 3000)) * half_track_mm // 160)
+        scatter = min(_MOST_OFF, min(fix.scatter_cdeg, 3000) * half_track_mm * 7 // 400)
+        late = min(_MOST_OFF, turned * half_track_mm // (way_ms * _LATE_MM_S))
         slope = self._near_drift if shares.told_mm else self._near_turns
         square = slope.rest(shares.told_mm >> 3 or shares.told_mrad >> 4, off)
         if square >= 0:
-            self.turn_noise.look(square, scatter * scatter // 20, expected, least_q4)
+            scatter = (scatter * scatter + late * late + 19) // 20
+            self.turn_noise.look(square, scatter, expected, least_q4)
         if shares.told_mm:
-            off, scatter = max(-4000, min(4000, shares.off_mm10 * 10)), min(2000, fix.scatter_mm10 * 10)
+            off, scatter = max(-4000, min(4000, shares.off_mm10 * 10)), min(_MOST_OFF, fix.scatter_mm10 * 10)
+            late = speed_mm_s // _LATE_MM_S
+            swept = min(_MOST_OFF, min(fix.certain_mm10, 10000) * turned // 100)
             square = self._near_ways.rest(shares.told_mm >> 3, off)
             if square >= 0:
-                self.way_noise.look(square, scatter * scatter // 20, expected, least_q4)
+                scatter = (scatter * scatter + late * late + (swept * swept >> 1) + 19) // 20
+                self.way_noise.look(square, scatter, expected, least_q4)
+        self.way_noise.follow(self.turn_noise.q4)
         shares.settle(self.way_noise.q4, self.turn_noise.q4)
 
 

@@ -265,7 +265,9 @@ class Localizer:
             measurement, entry = measurements[seen[at + 4]], seen[at + 3]
             sigma_mm10, sigma_mdeg = measurement.sigma_mm10, measurement.sigma_mdeg
             told_mm10 = coasting.scatter_mm10 if sigma_mm10 == NO_SIGMA else min(_MOST_SIGMA, sigma_mm10)
-            told_cdeg = coasting.scatter_cdeg if sigma_mdeg == NO_SIGMA else min(18000, sigma_mdeg // 10)
+            told_cdeg = min(18000, (sigma_mdeg + 5) // 10)
+            if sigma_mdeg == NO_SIGMA:
+                told_cdeg = coasting.scatter_cdeg
             map_cdeg = marker_map.sigma_cdeg[entry]
             certain_mm10 = systematic.of_place(measurement, marker_map.sigma_mm10[entry], map_cdeg)
             last.scatter_mm10 = max(last.scatter_mm10, told_mm10)

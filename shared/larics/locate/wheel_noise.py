@@ -12,7 +12,8 @@ except ImportError:
 
 from larics.locate.uncertainty import log2_q4, times_q4
 
-LOUDEST_Q4 = const(176)  # the noise at most 2**11 times that of the settings, or as much less
+LOUDEST_Q4 = const(176)  # the noise at most 2**11 times that of the settings ...
+_QUIETEST_Q4 = const(-208)  # ... and 2**13 times less
 _MOVED_Q4 = const(24)  # at most so much louder by a vehicle that was not where it was expected
 _QUIETER_Q4 = const(-96)  # at most so much quieter by one square
 _ODD_Q4 = const(512)  # 32: a slip counts for no more
@@ -63,10 +64,17 @@ class Loudness:
             self._settle()
             self.q4 = min(self.q4, max(0, q4))
 
+    def follow(self, other_q4):
+        """The same wheels are so loud in another way: what the camera does not see here is as loud, within
+        what stays unseen."""
+        if self._is_unseen and self._known >= _WAYS:
+            self._settle()
+            self.q4 = max(self.q4, min(self.q4 + _UNSEEN_Q4, other_q4))
+
     def _take(self, square_q4):
         known_q4 = self._known << 4
         step_q4 = log2_q4(known_q4 + min(_ODD_Q4, square_q4), known_q4 + 16)
-        self._found_q4 = max(-LOUDEST_Q4, min(LOUDEST_Q4, self._found_q4 + max(_QUIETER_Q4, step_q4)))
+        self._found_q4 = max(_QUIETEST_Q4, min(LOUDEST_Q4, self._found_q4 + max(_QUIETER_Q4, step_q4)))
         self._known = min(_MEMORY, self._known + 1)
 
     def _settle(self):
@@ -75,7 +83,7 @@ class Loudness:
             q4 += _CHANCE_Q4 // self._known
         if self._is_unseen:
             q4 -= _UNSEEN_Q4
-        self.q4 = max(-LOUDEST_Q4, min(LOUDEST_Q4, q4))
+        self.q4 = max(_QUIETEST_Q4, min(LOUDEST_Q4, q4))
 
 
 class Slope:
