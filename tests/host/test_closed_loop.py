@@ -37,3 +37,9 @@ def test_settings_are_off_by_their_own_sigma():
         closed_loop.falsify(settings, seed)
         drawn.append([settings["focal_q8"], settings["ceiling_mm10"], settings["map"][0][1]])
     assert np.allclose(np.std(drawn, axis=0), (100, 30, 5), rtol=0.2)
+
+
+def test_a_drive_may_be_shorter_than_its_kind():
+    name, rows, laps = closed_loop.drive(("0.2", 3, 0.5, "cpython"))
+    assert name == "0.2" and len(rows) <= 5 and not len(laps)
+    assert {closed_loop.KINDS[kind].seconds for kind in ("1", "2", "1-unseen", "2-unseen")} == {60}
