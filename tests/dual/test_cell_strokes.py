@@ -1,6 +1,9 @@
 """What dark cells cost a plain marker, by what lies between and beside them."""
 
-from larics.coded.cell_reader import PLAIN, UNKNOWN
+from array import array
+
+from larics.coded.cell_reader import PLAIN, UNKNOWN, CellReader
+from larics.marker.id_set import id_set
 from shown_cells import BIAS, FRAME, RADIUS, SIDE, WHITE, crossed, look, mirror, reader, show
 
 GREY = 50  # 438 log units darker than the paper
@@ -123,3 +126,16 @@ def test_strokes_are_found_in_a_mirror_too():
                     seen[(SIDE - 1 - row) * SIDE + column] = frame[row * SIDE + column]
             plain, mirrored = cost(which, frame), cost(which, seen, mirrored=True)
             assert plain == mirrored, (which, degrees)
+
+
+def test_samples_between_cells_lie_a_degree_to_both_sides():
+    side = 192
+    frame = bytearray([200] * (side * side))
+    for row in (99, 102):  # 1.3 px beside the middle of a place that is 77 px away
+        for column in range(170, side):
+            frame[row * side + column] = GREY
+    cells = CellReader(side, side, id_set(None, True, False), array("i", bytes(4 * 400)), False)
+    assert cells.measure(frame, 100 << 8, (100 << 8) + 64, 50 << 8, 0, 0, 0, 0, 8192, 200, False)
+    show(cells, 3)
+    cells.depths[2] = BIAS + INK
+    assert cells._weigh(True) and cells._weights[25] == 0
