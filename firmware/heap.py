@@ -9,9 +9,9 @@ MicroPython looks for memory from the first hole on: only the smallest heaps are
 import gc
 
 _TWO_DETECTORS = 1 << 20  # bytes in which two fit beside the program
-_ROOM = 80 << 10
+_ROOM = 64 << 10  # edges and cells of votes with the usual settings; what is shorter fits between the rest
 _COLLECTED = 480 << 10  # bytes of a heap that would be full of what loading leaves,
-_SELDOM = 3  # collections while loading: eight in as much memory as there is
+_SELDOM = 4  # collections while loading: sixteen in as much memory as there is
 
 
 def _is_small():

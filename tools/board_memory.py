@@ -125,7 +125,7 @@ MOUNT_ROM = "vfs.mount(vfs.VfsRom(uctypes.bytearray_at(%d, %d)), '/rom')\nsys.pa
 MOUNT_FLASH = """
 import gc, sys, vfs, uctypes
 class Disk:
-    def __init__(self): self.data = uctypes.bytearray_at(%d, 512 * %d)
+    def __init__(self): self.data = memoryview(uctypes.bytearray_at(%d, 512 * %d))
     def readblocks(self, n, b): b[:] = self.data[n * 512:n * 512 + len(b)]
     def writeblocks(self, n, b): self.data[n * 512:n * 512 + len(b)] = b
     def ioctl(self, op, arg): return {4: %d, 5: 512}.get(op, 0)

@@ -15,7 +15,7 @@ sys.path[:0] = [str(ROOT / "shared"), str(ROOT / "host")]
 
 from larics.detect.detector import Detector  # noqa: E402
 from larics.settings import Settings  # noqa: E402
-from larics_host.flash import machine_code, small_heap  # noqa: E402
+from larics_host.flash import machine_code, mpy_file, short_names, small_heap  # noqa: E402
 from larics_host.flash.build import compile_program  # noqa: E402
 
 MARCH = "armv7emsp"
@@ -33,22 +33,28 @@ NOT_LOADED = (
 )  # fmt: skip
 CODE_MOST = 230000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
 SMALL_MOST = 110000  # of the small-heap build: with more, a heap of 256 KiB does not take all from ROMFS
+NAMES_MOST = 285  # of the small-heap build: the list of them doubles when it is full, with 300 or so of all
 BUFFERS_MOST = 81500
 
 
 def code():
     """[(module, bytes of .mpy, those of the small-heap build or None, whether the usual settings load it)],
-    largest first. What the small-heap build puts into one module stands beside the first."""
-    small = {}
+    largest first, and how many names the small-heap build has of which MicroPython may know nothing. What it
+    puts into one module stands beside the first."""
+    small, names = {}, set()
     try:
         machine_code.compiler(MARCH)
         program = small_heap.compile_small(ROOT, MARCH, False)
         small = {program.holds[name][0]: len(data) for name, data in program.files}
+        for name, data in program.files:
+            if any(not part.startswith(NOT_LOADED) for part in program.holds[name]):
+                names.update(mpy_file.MpyFile(data).names)
     except machine_code.NoCompiler as error:
         print("no small-heap build: %s" % error)
     found = [(name, len(data), small.get(name)) for name, data in compile_program(ROOT, MARCH)]
     found.sort(key=lambda row: -row[1])
-    return [(*row, not row[0].startswith(NOT_LOADED)) for row in found]
+    rows = [(*row, not row[0].startswith(NOT_LOADED)) for row in found]
+    return rows, len(names.difference(short_names.STATIC))
 
 
 def buffers():
@@ -68,7 +74,7 @@ def buffers():
 
 
 def main():
-    rows = code()
+    rows, names = code()
     loaded = sum(row[1] for row in rows if row[3])
     smaller = sum(row[2] or 0 for row in rows if row[3])
     print("   usual   small")
@@ -76,11 +82,12 @@ def main():
         print("%8d%8s  %s%s" % (size, small or "", name, "" if is_loaded else "  (when needed)"))
     limits = "loaded with the usual settings, at most %d and %d" % (CODE_MOST, SMALL_MOST)
     print("%8d%8d  %s" % (loaded, smaller, limits))
+    print("%16d  names, at most %d" % (names, NAMES_MOST))
     parts, total = buffers()
     for name, size in parts:
         print("%8d  %s" % (size, name))
     print("%8d  buffers, at most %d" % (total, BUFFERS_MOST))
-    return int(loaded > CODE_MOST or smaller > SMALL_MOST or total > BUFFERS_MOST)
+    return int(loaded > CODE_MOST or smaller > SMALL_MOST or names > NAMES_MOST or total > BUFFERS_MOST)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from tests.host.test_dual import ROOT, unix_port
 from tests.host.test_linker import frames, own_architecture, reported  # noqa: F401  (frames: a fixture)
 
 CALLED = ("replay_main", "pc", "main")  # from outside the program
-HEAP = "480k"  # of the tests' interpreter, whose objects are twice as large as a board's
+HEAP = "440k"  # of the tests' interpreter, whose objects are twice as large as a board's
 
 FAULTY = {
     "shared/larics/__init__.py": "",

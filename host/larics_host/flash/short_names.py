@@ -50,6 +50,8 @@ _OF_TYPES = {
     for kind in (int, str, bytes, bytearray, memoryview, list, tuple, dict, set, Exception, array, io.FileIO)
     for name in dir(kind)
 }
+# modules whose texts name what is on the wire, which nothing looks for in an object
+_FOR_PEOPLE = {"larics.wire.messages"}
 _CLOCK = {"ticks_us", "ticks_ms", "ticks_diff", "ticks_add", "sleep_ms", "time"}  # `time` is handed on
 
 
@@ -121,8 +123,8 @@ class _Program:
         self._anywhere: set[str] = set()  # stored in objects of whatever class
         classes: dict[str, list[tuple[set[str], list[str]]]] = {}
         modules = []
-        for text in sources.values():
-            self._read_foreign(ast.parse(text))
+        for module, text in sources.items():
+            self._read_foreign(ast.parse(text), module in _FOR_PEOPLE)
         for module, text in texts.items():
             self.stays.update(module.split("."))
             tree = ast.parse(text)
@@ -148,9 +150,10 @@ class _Program:
                 self.spaces.append(names | self._inherited(bases, classes) | self._anywhere)
         self.spaces += [names | self._anywhere for names in modules]
 
-    def _read_foreign(self, tree: ast.Module) -> None:
+    def _read_foreign(self, tree: ast.Module, for_people: bool) -> None:
         """Notes what a module takes from outside the program, hands on or may look for there."""
-        self._read_texts(tree)
+        if not for_people:
+            self._read_texts(tree)
         foreign = self._foreign(tree)
         attributes = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute)]
         self.stays |= foreign

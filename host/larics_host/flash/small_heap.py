@@ -35,7 +35,7 @@ from larics_host.flash import (
 HEAP_BYTES = 448 << 10  # a heap below that is small: the usual program takes 382 KB, and some that it leaves
 _KERNELS = "larics/kernels/"
 # free bytes that the second opinion wants before it is loaded; the usual program says more in its source
-_WITH_SECOND_OPINION = {True: 132 << 10, False: 150 << 10}
+_WITH_SECOND_OPINION = {True: 132 << 10, False: 110 << 10}
 _RESERVE = 12 << 10  # bytes that a detector leaves to the rest, which takes less than in the usual program
 _NO_LINES = ("-O3",)
 _NATIVE = re.compile(r"^ *@micropython\.native$", re.MULTILINE)

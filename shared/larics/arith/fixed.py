@@ -50,23 +50,24 @@ _TURN = const(65536)
 _QUARTER = const(16384)
 
 
-def words(count, name=None):
-    """An array of so many 32-bit items, whatever they hold: scratch space for kernels. Made from zeros, it
-    would need twice the memory for a moment.
+def words(count, name=None, code="i"):
+    """An array of so many items of 32 bits or, of code "H", 16, whatever they hold: scratch space for
+    kernels. Made from zeros, it would need twice the memory for a moment.
 
-    With a name, MicroPython keeps the longest one and gives it to the next that asks: what is loaded while a
-    detector is made anew would settle where the buffers of the one before were. Two detectors may share it,
-    since none of them looks at it after its frame. MemoryError leaves the one before."""
+    With a name, which scratch space of more than half a kilobyte should have, MicroPython keeps the longest
+    one and gives it to the next that asks: what is loaded while a detector is made anew would settle where
+    the buffers of the one before were. Two detectors may share it, since none of them looks at it after its
+    frame. MemoryError leaves the one before. A name that MicroPython has anyway takes no memory."""
     if name is None or _kept is None:
-        return array("i", range(count))
+        return array(code, range(count))
     size = len(_kept.get(name, ()))
     if size < count or name not in _kept:
         longer, before = range(count), range(size)  # made first: they must not lie where the buffer was
         _kept.pop(name, None)
         try:
-            _kept[name] = array("i", longer)
+            _kept[name] = array(code, longer)
         except MemoryError:
-            _kept[name] = array("i", before)
+            _kept[name] = array(code, before)
             raise
     return _kept[name] if size <= count else memoryview(_kept[name])[:count]
 

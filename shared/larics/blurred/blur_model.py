@@ -15,7 +15,7 @@ except ImportError:
     from larics._cpython import const
 
 from larics.arith import tables
-from larics.arith.fixed import COSINE, table16
+from larics.arith.fixed import COSINE, table16, words
 from larics.kernels import blur as kernels
 
 _RELS = const(17)  # as in kernels.layouts
@@ -59,7 +59,9 @@ class BlurModel:
         """parts: fixed.Parts of words that nobody else looks at from `forget` on."""
         outer = family.outer_mm10
         self._line = line_mm10 * _UNITS * 256 // outer
-        self.bars = array("H", bytes(2 * (_ALONG + _BAR)))
+        self.bars = words(_ALONG + _BAR, "values", "H")
+        for k in range(len(self.bars)):
+            self.bars[k] = 0
         self.templates = parts.of16(48 * _RELS)
         self.sums = parts.of32(8 * _RELS)
         self._folds = parts.of16(10 * _SECTORS)

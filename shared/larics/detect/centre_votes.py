@@ -39,7 +39,7 @@ _MASK_BITS = const(12)
 
 def direction_bits():
     """The bits of the four vote runs of each direction, as `cast_votes` takes them."""
-    bits = array("i", bytes(DIRECTIONS * 16))
+    bits = words(DIRECTIONS * 4, "keys")
     for direction in range(DIRECTIONS):
         for run in range(4):
             seen_from = direction + 1 + (DIRECTIONS // 2 if run & 1 else 0)
@@ -76,7 +76,7 @@ class VoteBuffers:
         self.cells = words(max([LEAST_WORDS, coarse + beside] + [grid.cells for grid in grids]), "cells")
         self.beside = Parts(self.cells, coarse).of32(beside)
         self.above = words(max([grid.row for grid in grids]) // 2)
-        self.windows = array("H", bytes(2 * (3 * WINDOWS + 3)))
+        self.windows = words(3 * WINDOWS + 3, "items", "H")
         self.centres = array("i", bytes(4 * (3 * CENTRES + 3)))
         self.bits = direction_bits()
 
@@ -122,7 +122,7 @@ class CentreVotes:
             first_q8, last_q8 = radius_min_q8 * ratio_q10 >> 10, radius_max_q8 * ratio_q10 >> 10
             ranges.append((first_q8, last_q8, max(2, (last_q8 - first_q8) // (step * 128) + 1)))
         most = max(ranges[0][2], ranges[1][2])
-        runs = array("H", bytes(8 * DIRECTIONS * most))
+        runs = Parts(buffers.cells).of16(4 * DIRECTIONS * most)  # no votes are there yet
         lengths = bytearray(4 * DIRECTIONS)
         for run in range(4):
             first_q8, last_q8, count = ranges[run >> 1]
@@ -133,7 +133,7 @@ class CentreVotes:
             cells[item] = max(cells[item], longest + (longest & 1))
         both = cells[_CELLS_OUTER] + cells[_CELLS_INNER]
         self.per_edge = 2 * both
-        self._offsets = array("H", bytes(DIRECTIONS * both * 4))
+        self._offsets = words(DIRECTIONS * both * 2, code="H")
         kernels.join_runs(runs, 0, 0, lengths, most, cells, self._offsets)
 
     def memory(self):
