@@ -43,10 +43,26 @@ def test_what_goes_before_a_slip_at_the_end_of_a_drive_is_no_move():
     assert not moves._surely(graph, one, 0, 250.0, {3})
 
 
-def test_a_slip_before_markers_that_are_not_passed_again_moves_none(tmp_path):
-    """The first two markers of a drive hang on one leg: what is behind it is no second way to them."""
-    one, result = built_from(tmp_path, World(), 20170)
+@pytest.mark.parametrize(
+    "seed",
+    [
+        20170,  # the first two markers hang on one leg, and a wheel slipped on it
+        20154,  # the first four do; the next one of them is no second way to any
+        20428,  # another marker was misread as the one that was moved, meanwhile
+        20444,  # a wheel slipped behind a reading that did not count before
+    ],
+)
+def test_the_marker_that_was_moved_is_named_alone(tmp_path, seed):
+    one, result = built_from(tmp_path, World(), seed)
     assert result.moved == [one.hall[one.moved][0]] and result.errors.max() < 25
+
+
+def test_a_reading_of_another_marker_far_away_is_a_stray():
+    graph = Graph(poses={k: (0.0, 0.0, 0.0) for k in range(3)}, places={0: (0.0, 0.0, 0.0)})
+    readings = [reading(0, True), reading(1, False, 4000.0), reading(2, False, 300.0)]
+    assert [moves._is_stray(graph, one, 0, readings) for one in readings] == [False, True, False]
+    readings[2] = reading(2, False, 4100.0)  # twice: it was moved there
+    assert not any(moves._is_stray(graph, one, 0, readings) for one in readings)
 
 
 def test_a_marker_that_was_moved_may_be_misread_after_that(tmp_path):

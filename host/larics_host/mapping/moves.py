@@ -9,6 +9,7 @@ of a marker that is not known.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -19,12 +20,14 @@ from larics_host.mapping.association import GATE, READING_SIGMA
 from larics_host.mapping.graph import Graph, Reading
 from larics_host.mapping.links import Place
 from larics_host.mapping.poses import after, axes, between, wrapped
+from larics_host.mapping.slips import weigh
 
 _ENOUGH = 2  # readings of a side
 _PLATE_MM = 450.0  # plates have no room nearer to each other
 _ODD_SHARE = 0.15  # of its readings, or one of at least four, may not go with the others of their side
 _NEIGHBOUR = 2.0  # gates that a reading of another marker may be off: two slips in a row, not the move
 _NEAR = 2  # passages beside one, whose readings have to agree
+_SOUGHT = 6  # times that slips are sought for a trial
 _SINGLE_MM = 1500.0  # the farthest move that a side may tell by one reading
 _STANDS_OUT = 2.0  # times as large as any other that a single reading tells of: no slip, as the others are
 _RIVALS = 4  # single readings that tell of moves, of which each may be the one that is true
@@ -84,6 +87,7 @@ def _found(graph, places, may_be_single):
     singles: list[tuple[float, int]] = []
     for number in list(graph.places):
         mine = [one for one in graph.readings if _may_be_of(graph, one, number)]
+        mine = [one for one in mine if one.used or not _is_stray(graph, one, number, mine)]
         apart = _split(graph, sorted(mine, key=lambda one: one.passage))
         if apart is None:
             continue
@@ -99,6 +103,15 @@ def _found(graph, places, may_be_single):
                 singles += [(mm, number)] * is_single
                 break
     return found, singles
+
+
+def _is_stray(graph, one, number, mine):
+    """Whether a reading is far from a place, and no other one of it agrees: another marker was misread."""
+    here = _where(graph, one)[:2]
+    others = (other for other in mine if other is not one)
+    return math.dist(here, graph.places[number][:2]) > _SINGLE_MM and all(
+        math.dist(here, _where(graph, other)[:2]) > _AGREE_MM for other in others
+    )
 
 
 def _may_be_of(graph, one, number):
@@ -165,11 +178,15 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
     mine = earlier + later
     was = [(one.place, one.used) for one in mine]
     before = dict(graph.places), dict(graph.poses), dict(graph.shares)
+    noises = dict(graph.noises), dict(graph.slipped), dict(graph.expected)
     graph.places[former], graph.places[number] = _where(graph, earlier[0]), _where(graph, later[0])
     for one in mine:
         one.place, one.used = former if any(one is other for other in earlier) else number, True
     graph.solve()
     odd = _surprised(graph, mine)
+    if odd and min(len(earlier), len(later)) >= _ENOUGH:
+        _seek_slips(graph)  # as these did not count before, no slip beside them was looked for
+        odd = _surprised(graph, mine)
     if 0 < len(odd) <= _ODD_SHARE * len(mine):
         for one in odd:
             one.used = False
@@ -186,7 +203,16 @@ def _tried(graph, number, earlier: list[Reading], later: list[Reading], former: 
     for one, (place, is_used) in zip(mine, was, strict=True):
         one.place, one.used = place, is_used
     graph.places, graph.poses, graph.shares = before
+    graph.noises, graph.slipped, graph.expected = noises
     return None
+
+
+def _seek_slips(graph):
+    for _ in range(_SOUGHT):
+        changed = weigh(graph, graph.marginals()).changed
+        graph.solve()
+        if not changed:
+            return
 
 
 def _surprised(graph, mine):
@@ -214,73 +240,58 @@ def _surely(graph, one, number, mm, rest):
     that is believed of smaller ones only."""
     if not mm < _SINGLE_MM:
         return False
-    other = graph.places[number]
-    used = {reading.passage for reading in graph.readings if reading.used}
     legs = {a: leg for _, a, _, leg in graph.legs}
-    ways = []  # [(passage that is known, legs to it)]
-    for step in (-1, 1):
-        if not _is_held(graph, one, step, legs, rest):
-            continue
-        known, there = one.passage, []
-        for _ in range(_NEAR):
-            first = min(known, known + step)
-            if first not in legs:
-                break
-            there.append(legs[first])
-            known += step
-            if known in used:
-                ways.append((known, there))
-                break
+    ways = [way for step in (-1, 1) if (way := _way(graph, one, step, legs, rest))]
     slip_mm = _SLIP_MM if len(ways) > 1 else _SLIP_MOST_MM  # at the end of a drive, one slip is enough
-    squares = [
-        _contradiction(graph, one, other, known, sum(_slipping(leg, graph.noise, slip_mm) for leg in there))
-        for known, there in ways
-    ]
+    squares = [_contradiction(graph, one, graph.places[number], way, legs, slip_mm) for way in ways]
     if len(ways) > 1:
-        (first, _), (end, _) = ways
-        is_still = all(graph.slipped.get(k, 0.0) < _NO_SLIP for k in range(first, end))
+        is_still = all(graph.slipped.get(k, 0.0) < _NO_SLIP for k in itertools.chain(*ways))
         if is_still and sum(squares) > _CANCELLED:
             return True
     return any(square > GATE for square in squares)
 
 
-def _is_held(graph, one, step, legs, rest):
-    """Whether the drive before a reading, or after it, is known without it: passages `rest` are there, or
-    ones whose place is known from elsewhere, too. Else all of it hangs on this one, and one slip moves it."""
-    side = set()
-    known = one.passage
-    while min(known, known + step) in legs:
+def _way(graph, one, step, legs, rest):
+    """The legs, by the passage that each begins with, from a reading's passage back or on to the next one
+    that is known without them: one of `rest`, or one whose place is known from elsewhere, too. Others hang on
+    this one, and one slip moves them all. None where the drive ends before that."""
+    known, way, walked = one.passage, [], {one.passage}
+    tied = {place for link in graph.links if link.used for place in (link.first, link.second)}
+    tied |= {place for place, _ in graph.given}
+    places: dict[int, set[int]] = {}
+    for other in graph.readings:
+        if other.used:
+            places.setdefault(other.place, set()).add(other.passage)
+    read = {passage: place for place, passages in places.items() for passage in passages}
+    while (first := min(known, known + step)) in legs:
         known += step
-        side.add(known)
-    read = [(other.passage, other.place) for other in graph.readings if other.used]
-    elsewhere = {place for passage, place in read if passage not in side}
-    elsewhere |= {place for link in graph.links if link.used for place in (link.first, link.second)}
-    elsewhere |= {place for place, _ in graph.given}
-    return bool(rest & side) or any(
-        passage in side and place in elsewhere and passage != one.passage for passage, place in read
-    )
+        way.append(first)
+        walked.add(known)
+        place = read.get(known)
+        if known in rest or place in tied or (place is not None and not places[place] <= walked):
+            return way
+    return None
 
 
-def _slipping(leg, noise, slip_mm):
-    """Covariance of a leg on which a wheel slipped once."""
-    return leg.covariance(noise + slip_mm**2 / max(leg.way_mm, 1.0))
-
-
-def _contradiction(graph, one, other, known, covariance):
-    """Chi-squared by which a reading is not of the other place, if its passage lies as seen from a known
-    one."""
-    passage, start = graph.poses[one.passage], graph.poses[known]
-    if known < one.passage:
-        moved = between(start, passage)
-        slope = axes(moved[2]).T  # the leg is told in the axes of its begin
-    else:
-        moved = between(passage, start)
-        slope = np.eye(3)
-        slope[:2, 2] = moved[1], -moved[0]  # turned at its begin, it swings the end, which is what is known
+def _contradiction(graph, one, other, way, legs, slip_mm):
+    """Chi-squared by which a reading is not of the other place, if its passage lies as a way of legs says and
+    a wheel slipped once on it, wherever that explains most."""
+    passage = graph.poses[one.passage]
     seen = between(passage, other)
     off = np.subtract(seen, one.pose)
     off[2] = wrapped(off[2])
     swing = np.eye(3)
-    swing[:2, 2] = seen[1], -seen[0]
-    spread = swing @ slope @ covariance @ slope.T @ swing.T + np.diag(np.square(READING_SIGMA)) * 3
-    return float(off @ np.linalg.solve(spread, off))
+    swing[:2, 2] = -seen[1], seen[0]
+    turns = []
+    for k in way:  # what is turned at its end moves the passage
+        turn = axes(graph.poses[k][2])
+        end = graph.poses[k + 1]
+        turn[:2, 2] = end[1] - passage[1], passage[0] - end[0]
+        turns.append(swing @ axes(passage[2]).T @ turn)
+    still = [turn @ legs[k].covariance(graph.noise) @ turn.T for k, turn in zip(way, turns, strict=True)]
+    slips = [
+        slip_mm**2 / max(legs[k].way_mm, 1.0) * turn @ legs[k].by_noise @ turn.T
+        for k, turn in zip(way, turns, strict=True)
+    ]
+    spread = sum(still) + np.diag(np.square(READING_SIGMA)) * 3
+    return min(float(off @ np.linalg.solve(spread + slip, off)) for slip in slips)
