@@ -175,6 +175,9 @@ class Steps(BlurredRings):
 
 
 class Found:
+    def __init__(self, still=True):
+        self.still = still
+
     def search(self, means, again):
         return True
 
@@ -185,6 +188,9 @@ def test_what_the_steps_ask_of_sectors():
     assert rings.fit(None, 3, None)
     assert rings.steps == [(3072, 300, False), (2048, 450, True), (1536, 450, True)]
     assert rings.effort == 3 * 600
+    rings.blur, rings.effort = Found(still=False), 0
+    assert rings.fit(None, 3, None)
+    assert rings.effort == 3 * 600 + 2 * 300  # motion is searched for in the first two
 
 
 class Looks(Shifts):

@@ -242,6 +242,13 @@ def test_cells_tell_more_than_lines_or_take_their_belief():
     assert lines_verdict(lines, judge=judge, cells=Cells(21, 90))[0] == verdicts.ID_UNCERTAIN
 
 
+def test_what_a_first_reading_may_leave_around_the_orientation_line():
+    for left, noise, is_no_line in ((230, 0, False), (231, 0, True), (250, 20, False), (251, 20, True)):
+        lines = Lines()
+        lines.residual, lines.noise = left, noise
+        assert acceptance().is_no_line(lines) == is_no_line, (left, noise)
+
+
 def test_what_a_first_reading_may_leave_beside_a_bit():
     for position in (2, 4, 6):
         for left, noise, too_uneven in ((320, 0, False), (321, 0, True), (330, 5, False), (331, 5, True)):

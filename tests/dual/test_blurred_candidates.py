@@ -184,5 +184,23 @@ def test_what_may_be_another_view_is_not_postponed():
         candidates.remember(0, 0, 5000, 9000, verdicts.NO_FIT, 9, True)
         candidates.remember(x, 0, 5000, 9000, verdicts.NO_FIT, 8, True)
         candidates.items[CANDIDATE_ITEMS + 13] = kind
-        assert candidates.postpone_others(candidates.best(None, Scores((9500,)), False), verdict) != left
+        taken = candidates.best(None, Scores((9500,)), False)
+        assert candidates.postpone_others(taken, verdict, False) != left
         assert bool(candidates.items[CANDIDATE_ITEMS + LOOKED]) != left, (x, verdict, kind)
+        # unless there is no time for views, but always for what was read
+        assert candidates.postpone_others(taken, verdict, True) == (left and kind != READ)
+
+
+def test_a_budget_ends_looks_without_a_candidate_where_the_radius_is_not_known():
+    for several, budget, looks in ((True, 149, 2), (True, 200, 3), (False, -10000, 4)):
+        candidates = Candidates(several)
+        for index in range(4):
+            candidates.remember(index << 14, 0, 5000, 9000, verdicts.NO_FIT, 9 - index, True)
+        rings = Scores((0, 0, 0, 0))
+        # of 450 each, and up to 700 more than once there is one
+        assert candidates.best(None, rings, False, budget) == -1
+        assert 4 - len(rings.scores) == looks and candidates.is_cut == (looks < 4), (several, budget)
+        candidates.note_looked()  # they give way to the others
+        candidates.recognize()
+        kinds = [candidates.items[index * CANDIDATE_ITEMS + 13] for index in range(4)]
+        assert kinds == [REJECTED] * looks + [UNKNOWN] * (4 - looks)

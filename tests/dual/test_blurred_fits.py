@@ -70,9 +70,11 @@ class NoFit:
 class Endless:
     """Candidates without an end."""
 
-    def __init__(self, items, clear=False):
+    is_cut = False
+
+    def __init__(self, items, clear=False, several=False):
         self.items = items
-        self.clear = clear
+        self.clear, self.several = clear, several
         self.asked = 0
         self.passed_over = []
         self.postponed = False
@@ -85,8 +87,9 @@ class Endless:
         self.asked += 1
         return 0
 
-    def postpone_others(self, taken, verdict):
+    def postpone_others(self, taken, verdict, views):
         self.postponed = True
+        self.views = views
         return True
 
     def note(self, *arguments):
@@ -102,12 +105,12 @@ class FirstLook:
     """Lines that are found at once."""
 
     depth, noise, rival = 256, 0, 0
-    residuals = [320] * 8
+    residual, residuals = 230, [320] * 8
 
     def find_orientation(self, *arguments):
         return True
 
-    refine_orientation = read_code = find_orientation
+    refine_orientation = read_code = measure_residual = find_orientation
 
 
 class Prepared:
@@ -147,6 +150,9 @@ def test_how_often_it_fits_and_for_how_many_candidates():
         reader.lines.residuals = [320] * 8
         reader.lines.residuals[position] = 321
         assert reader._examine_lines(None) == verdict
+    # or what was taken for the orientation line is none
+    reader.lines.residual = 231
+    assert reader._examine_lines(None) == verdicts.NO_ORIENTATION and len(rings.turns) == 6
 
 
 def fits(lost, sparing=False, few_fits=False, recognizes=False, clear=False):
@@ -207,10 +213,10 @@ def test_the_last_fit_begins_where_the_votes_were():
         assert rings.poses[2][2] == (7000 if expected == (320, 240) else 0)
 
 
-def budgeted(budget, clear=True):
+def budgeted(budget, clear=True, several=False):
     """How many candidates and fits it takes within a budget of thousands of instructions; the reader."""
     reader = blur_model_reader()
-    reader.candidates = candidates = Endless(reader.candidates.items, clear)
+    reader.candidates = candidates = Endless(reader.candidates.items, clear, several)
     reader.rings = rings = NoFit((LOST_ON_THE_WAY,))
     reader.examine(None, False, False, budget)
     return candidates.asked, len(rings.turns), reader
@@ -224,9 +230,22 @@ def test_a_budget_leaves_fits_and_candidates_to_the_next_frame():
         (3499, True, 1, 2),  # no third fit
         (1900, True, 1, 2),
         (1899, True, 1, 1),  # nor a second
-        (0, False, 1, 3),  # in a faint frame the first often fails
+        (1600, False, 1, 3),  # in a faint frame the first often fails
+        (1599, False, 1, 2),
+        (1000, False, 1, 2),
+        (999, False, 1, 1),
     ):
         assert budgeted(budget, clear)[:2] == (asked, count), (budget, clear)
+    # where the radius is not known a frame takes more before
+    for budget, count in ((2350, 3), (2349, 2), (1750, 2), (1749, 1)):
+        assert budgeted(budget, False, True)[1] == count, budget
+    for several, budget, views in (
+        (False, 2500, False),
+        (False, 2499, True),
+        (True, 2800, False),
+        (True, 2799, True),
+    ):
+        assert budgeted(budget, True, several)[2].candidates.views == views, (several, budget)
     reader = budgeted(0)[2]
     # what was examined gives way to the others in the next frame, and in that alone
     candidates = reader.candidates
@@ -295,3 +314,49 @@ def test_of_two_lines_in_a_still_picture_none_is_measured_further():
         reader.lines.rival = rival
         reader.blur.still = still
         assert reader._examine_lines(None) == verdict
+
+
+class Moving(FirstLook):
+    """No line in either light."""
+
+    def __init__(self):
+        self.asked = 0
+
+    def prepare(self):
+        pass
+
+    def find_orientation(self, *arguments):
+        self.asked += 1
+        return False
+
+
+def test_the_light_on_moving_rings_is_measured_again_within_the_budget():
+    for several, budget, lights in ((True, -100, 2), (True, -101, 1), (False, -101, 2)):
+        reader = blur_model_reader()
+        reader.candidates.several = several
+        reader.candidates.remember(0, 0, 5000, 9000, verdicts.NO_FIT, 0, True)
+        reader._fit_rings = lambda *pose: True
+        reader.lines, reader.blur.still = Moving(), 0
+        reader.rings.radius_q8 = 7000
+        reader.rings.measure_light = lambda local: None
+        reader._effort_most, reader._is_cut = budget - 2300, False
+        reader.rings.effort = 0
+        # the search for a line counts 500
+        assert reader._examine_candidate(None, 0) == verdicts.NO_ORIENTATION
+        assert reader.lines.asked == lights and reader._is_cut == (lights == 1), (several, budget)
+
+
+def test_what_there_was_no_time_for_is_not_noted_as_rejected():
+    for is_cut in (True, False):
+        reader = blur_model_reader()
+        reader.candidates = candidates = Endless(reader.candidates.items)
+        noted = []
+        candidates.note = lambda *arguments, noted=noted: noted.append(arguments)
+
+        def examine(frame, slot, reader=reader, is_cut=is_cut):
+            reader._is_cut = is_cut
+            return verdicts.NO_ORIENTATION
+
+        reader._examine_candidate = examine
+        reader.examine(None, True)
+        assert len(noted) == (not is_cut)

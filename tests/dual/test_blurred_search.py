@@ -114,6 +114,15 @@ def test_a_scale_that_would_take_too_much_is_not_searched():
         assert search._statistics.effort() == (1000 if searched else 0)  # of the grid
 
 
+def test_nothing_is_listed_for_scales_that_would_not_vote():
+    for steep, listed in ((100, 3), (101, 0)):
+        search = searching([Scale()], 100)
+        search.begin()
+        search._statistics.steep = steep
+        search.find(None)
+        assert search._statistics.steep == steep + listed
+
+
 def test_when_a_search_goes_on_at_once():
     one, two = Scale(), Scale()
     for scales, found, due in (([one], True, True), ([one, two], True, False), ([one, two], False, True)):

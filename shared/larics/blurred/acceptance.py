@@ -23,6 +23,7 @@ _DEPTH_LEAST = const(150)  # of lines, 256 = as deep as the rings
 _DEPTH_MOST = const(420)
 _HALF_LEAST = const(120)
 _LINE_RESIDUAL_MOST = const(200)  # what is no line leaves more, 1024 = as deep as the rings
+_LINE_RESIDUAL_MOST_FIRST = const(230)  # before the rings are fitted without the lines; of markers up to 191
 _BEYOND_MOST = const(110)  # a cable goes on where the line ends
 RIVAL_MOST = const(72)  # percent of the line
 _COMMON_MOST = const(170)  # what the empty positions share
@@ -105,6 +106,10 @@ class Acceptance:
             return verdicts.NOT_EMPTY
         one_least = _ONE_LEAST_SMALL if small else unit * _ONE_SHARE >> 4
         return self._code(lines, unit, one_least, cells)
+
+    def is_no_line(self, lines):
+        """Whether so much is left around the orientation line, at first, that it would not be accepted."""
+        return lines.residual > _LINE_RESIDUAL_MOST_FIRST + lines.noise
 
     def too_uneven(self, lines):
         """Whether so much is left beside the bits, at a first reading, that none would be accepted."""

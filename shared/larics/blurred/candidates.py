@@ -37,6 +37,7 @@ _LEAST_SHADE = const(36)  # of the darkest direction around, 256ths of the rings
 _MOST_SHADE = const(2000)  # through defocus of 3.5 px lines have up to 867, in noise up to 1714,
 _LARGE_Q8 = const(3072)  # but small ones more, and molten ones, which are a band darker than
 _MOLTEN_LEAST = const(54)  # in so many directions of 64 what lies on either side
+_FIRST_EFFORT = const(700)  # so much more, thousands of instructions, while there is no candidate
 _GOOD_SCORE = const(9000)  # hardly any clutter has so much,
 _GOOD_SCORE_SEVERAL = const(11500)  # but what other scales take for rings often has more
 _RANKS = (0, 5, 1, 2, 3, 3, 4, 4, 4, 5)  # by sharp verdict: how far the candidate came
@@ -46,17 +47,18 @@ class Candidates:
     """Up to eight candidates, those that came farther before the others.
 
     several  whether they are of several scales
+    is_cut   whether there was no time for a look at all of them, and none looks good
     items    array('i') of the candidates' items (kernels.layouts: CANDIDATE), which lie where `best` says
     places   what was examined in the last frames, and how that ended
     clear    whether the frame has contrast
     """
 
     def __init__(self, several=False):
-        self._several = several
+        self.several = several
         self.items = array("i", bytes(4 * _ITEMS * _CAPACITY))
         self.places = Places()
         self._count = 0
-        self.clear = self._passes_over = False
+        self.clear = self.is_cut = self._passes_over = False
 
     def memory(self):
         """Bytes of the buffers."""
@@ -82,15 +84,22 @@ class Candidates:
         Looks coarsely at one after the other until one looks good enough, where little is to be done one that
         looks good. What was read in the last frame gives way to all others; passes_over: what was rejected is
         not looked at, and little is to be done; effort_most: of the rings, with which no other look begins
-        once there is one."""
+        once there is one, and a little later without; then `is_cut`."""
         items = self.items
+        self.is_cut = False
         self._passes_over = passes_over
-        good = _GOOD_SCORE_SEVERAL if self._several and not passes_over else _GOOD_SCORE
+        good = _GOOD_SCORE_SEVERAL if self.several and not passes_over else _GOOD_SCORE
         found = self._best()
         while found < 0 or items[found + SCORE] < good or items[found + _KIND] == READ:
             slot = kernels.next_unseen(items, 0, 0, self._count)
-            if slot < 0 or found >= 0 and rings.effort > effort_most:
+            if slot < 0:
                 break
+            if rings.effort > effort_most:
+                if found >= 0:
+                    break
+                if self.several and rings.effort > effort_most + _FIRST_EFFORT:
+                    self.is_cut = True
+                    break
             self._look(frame, rings, slot)
             if items[slot + SCORE] and (found < 0 or self._is_better(slot, found)):
                 found = slot
@@ -129,11 +138,12 @@ class Candidates:
         """Whether a marker was read there in the last frame."""
         return self.items[slot + _KIND] == READ
 
-    def postpone_others(self, taken, verdict):
-        """Leaves the others to the next frame, but for what was read in the last one and what may be another
-        view of the rings of the one taken, where these did not hold; whether there were any."""
+    def postpone_others(self, taken, verdict, views):
+        """Leaves the others to the next frame, but for what was read in the last one; whether there were any.
+
+        Unless `views`, other views of the rings of the one taken stay where these did not hold."""
         items = self.items
-        near_q8 = items[taken + LEAST_Q8] if verdict < verdicts.NO_ORIENTATION else 0
+        near_q8 = items[taken + LEAST_Q8] if verdict < verdicts.NO_ORIENTATION and not views else 0
         postponed = False
         for slot in range(0, _ITEMS * self._count, _ITEMS):
             if (
@@ -153,6 +163,13 @@ class Candidates:
         """Notes how the examination of one ended."""
         items = self.items
         self.places.note(items[slot + X_Q8], items[slot + Y_Q8], radius_q8, kind)
+
+    def note_looked(self):
+        """Notes those that were looked at as no markers."""
+        items = self.items
+        for slot in range(0, _ITEMS * self._count, _ITEMS):
+            if items[slot + LOOKED] and items[slot + _KIND] != READ:
+                self.note(slot, items[slot + LEAST_Q8], REJECTED)
 
     def dismiss_ghosts(self, taken):
         """Dismisses what may be but another view, from beside them, of the rings of the one taken.

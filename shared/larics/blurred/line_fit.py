@@ -149,15 +149,25 @@ class BlurredLines:
             self.angle_turn16 = (self.angle_turn16 + (self._result[0] - 1048576) * 2) & 65535
         return True
 
+    def measure_residual(self, frame, rings):
+        """Measures what the line as it lies leaves of the ink around it; False when it leaves the frame."""
+        if not self._sample_around(frame, rings):
+            return False
+        self._leave(self._measure(rings, _WHOLE))
+        return True
+
     def measure_orientation(self, rings):
         """Measures the line and its halves in the last samples of `refine_orientation`."""
         self.beyond = 0
         self.depth = self._measure(rings, _WHOLE)
-        self.residual = kernels.line_residual(
-            self._ink, 0, 0, self._templates, self._template(), _REACH, _MIDDLE, self.depth
-        )
+        self._leave(self.depth)
         self.near = self._measure(rings, _INNER_HALF)
         self.far = self._measure(rings, _OUTER_HALF)
+
+    def _leave(self, depth):
+        self.residual = kernels.line_residual(
+            self._ink, 0, 0, self._templates, self._template(), _REACH, _MIDDLE, depth
+        )
 
     def _measure(self, rings, zone):
         """Reads the ink of a zone of the line and returns the depth."""

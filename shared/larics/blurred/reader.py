@@ -7,8 +7,9 @@ picture shows to be hidden stays hidden.
 
 On a Cortex-M7 it takes 5 to 6 million instructions of a marker, up to 11 where other candidates come
 first. Where there was no marker for six frames, a frame takes 1.0 to 2.7 million with all searches, with
-look-alikes up to 6.5; from 10 to 60 px, where scales take turns, 5 to 9, up to 13. Before that it is up to
-6.6 and, from 10 to 60 px, 17.5: `larics.detect.statistics` says what a frame may spend.
+look-alikes up to 6.0; from 10 to 60 px, where scales take turns, 4 to 9, up to 12.2. Before that it is up to
+6.1, after a frame with a marker 6.5, and from 10 to 60 px 14: `larics.detect.statistics` says what a frame
+may spend.
 """
 
 try:
@@ -40,6 +41,11 @@ NO_BUDGET = const(536870912)
 EXAMINATION_EFFORT = const(3900)  # thousands of instructions that most candidates take
 _NEXT_EFFORT = const(2300)  # thousands of instructions: a fit and the search for a line,
 _SECOND_FIT_EFFORT = const(1000)  # so much more the second fit of a candidate may take than others,
+_FAINT_FIT_EFFORT = const(1900)  # each but the first in a faint frame,
+_FAINT_FIT_EFFORT_SEVERAL = const(1150)  # less where the radius is not known,
+_VIEW_EFFORT = const(1000)  # another view of its rings,
+_VIEW_EFFORT_SEVERAL = const(700)
+_AGAIN_EFFORT = const(2900)  # and another measure of the light for rings in motion, if not known,
 _LINE_EFFORT = const(500)  # that one alone,
 _LOOK_EFFORT = const(450)  # a look
 _GOOD_OF_MOTION = const(13)  # where motion led a fit astray, fewer sectors look like rings;
@@ -81,6 +87,7 @@ class BlurModelReader:
         self._settled = False  # the rings have been fitted without the lines
         self._postponed = False  # what the last frame had no time for
         self._fitted = 0  # how often the rings of this candidate were
+        self._is_cut = False  # there was no time for all that can be done with it
         self._effort_most = 0
         self._hidden = False  # a sharp picture may show that something hides a bit
         self.x_q8 = self.y_q8 = self.heading_cdeg = 0
@@ -118,8 +125,12 @@ class BlurModelReader:
         for _ in range(1 if sparing else _TRIES):
             slot = candidates.best(frame, rings, passes_over, self._effort_most - _LOOK_EFFORT)
             if slot < 0:
+                if candidates.is_cut and verdict == verdicts.NO_RADIUS:
+                    candidates.note_looked()
+                    self._postponed = True
                 break
             self._fitted = 0
+            self._is_cut = False
             if has_read:
                 # what was read in the last frame is not to go short
                 self._fits_left = _FITS if candidates.was_read(slot) else _FEW_FITS
@@ -130,11 +141,13 @@ class BlurModelReader:
                 candidates.note(slot, radius_q8, READ)
                 candidates.dismiss_judged(slot, radius_q8)
                 break
-            if verdict == verdicts.NO_ORIENTATION or rings.lost == LOST_FOR_GOOD:
+            if not self._is_cut and (verdict == verdicts.NO_ORIENTATION or rings.lost == LOST_FOR_GOOD):
                 candidates.note(slot, radius_q8, REJECTED)
             if not has_read and (self._settled or verdict == verdicts.NOT_EMPTY):
                 break
-            if rings.effort > self._effort_most and candidates.postpone_others(slot, verdict):
+            over = rings.effort - self._effort_most
+            views = over > (_VIEW_EFFORT_SEVERAL if candidates.several else _VIEW_EFFORT)
+            if over > 0 and candidates.postpone_others(slot, verdict, views):
                 candidates.note(slot, radius_q8, REJECTED)
                 self._postponed = True
             candidates.dismiss_ghosts(slot)
@@ -168,6 +181,9 @@ class BlurModelReader:
             rings.measure_light(0)
             verdict = self._examine_lines(frame)
             if verdict == verdicts.ACCEPTED or verdict == verdicts.NO_FIT:
+                return verdict
+            if self.candidates.several and rings.effort - self._effort_most > _AGAIN_EFFORT:
+                self._is_cut = True
                 return verdict
             rings.measure_light(1)
         return self._examine_lines(frame)
@@ -207,7 +223,12 @@ class BlurModelReader:
         if self.blur.still and rival > RIVAL_MOST:
             return verdicts.TWO_ORIENTATIONS  # as it would be told in the end
         if not self._settled:
-            if not lines.refine_orientation(frame, rings, 1) or not lines.read_code(frame, rings):
+            if (
+                not lines.refine_orientation(frame, rings, 1)
+                or not lines.measure_residual(frame, rings)
+                or acceptance.is_no_line(lines)
+                or not lines.read_code(frame, rings)
+            ):
                 return verdicts.NO_ORIENTATION
             if acceptance.too_uneven(lines):
                 return verdicts.NOT_EMPTY
@@ -242,9 +263,8 @@ class BlurModelReader:
         """Fits the rings from this pose, if a fit is left; returns whether they may be a marker's."""
         if not self._fits_left:
             return False
-        if self._fitted and self.candidates.clear:
-            over = self.rings.effort - self._effort_most
-            if over > (_SECOND_FIT_EFFORT if self._fitted == 1 else 0):
+        if self._fitted:
+            if self.rings.effort - self._effort_most > self._more_effort():
                 return False
         self._fitted += 1
         self._fits_left -= 1
@@ -257,6 +277,12 @@ class BlurModelReader:
         if rings.blur.still and rings.good > _GOOD_OF_MOTION and radius_q8 >= _LARGE_Q8:
             rings.lost = LOST_FOR_GOOD
         return False
+
+    def _more_effort(self):
+        """How much more another fit of this candidate may take than others, thousands of instructions."""
+        if self.candidates.clear:
+            return _SECOND_FIT_EFFORT if self._fitted == 1 else 0
+        return _FAINT_FIT_EFFORT_SEVERAL if self.candidates.several else _FAINT_FIT_EFFORT
 
     def _cell_depth(self):
         """How dark a cell must look against the white beside it in this blur, log units."""

@@ -55,6 +55,7 @@ _FAINT_POWER = const(60000)  # sum of squares of a sector's samples: with less, 
 _NEAR_SCORE = const(8600)  # of BlurModel: less is far from rings
 _LOOK_EFFORT = const(900)  # of all 32 sectors, thousands of instructions
 _TURN_EFFORT = const(600)
+_MOTION_EFFORT = const(300)  # more of a turn in which motion is found
 LOST_FOR_GOOD = const(0)  # how a fit ended: these are no rings of a marker,
 LOST_IN_NOISE = const(1)  # nothing was seen, but noise may be the reason,
 LOST_ON_THE_WAY = const(2)  # or the fit went astray
@@ -221,7 +222,7 @@ class BlurredRings:
             if lines is not None:
                 lines.erase(self, self._fan)
             kernels.mean_samples(0, 0, self.samples, 0 if first else _COUNT, 32, _COUNT, self._means)
-            if lines is None and turn < 2 and not self.blur.search(self._means, turn):
+            if lines is None and turn < 2 and not self._search_blur(turn):
                 if first and self.blur.score < _NEAR_SCORE:
                     self.lost = LOST_IN_NOISE if self.is_faint() else LOST_FOR_GOOD
                 return False
@@ -231,6 +232,12 @@ class BlurredRings:
         self._measure_sectors()
         self.measure_light(self._local)
         return True
+
+    def _search_blur(self, turn):
+        found = self.blur.search(self._means, turn)
+        if not self.blur.still:
+            self.effort += _MOTION_EFFORT
+        return found
 
     def is_faint(self):
         """Whether noise may have led the last search for a blur astray."""

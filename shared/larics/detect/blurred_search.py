@@ -103,6 +103,8 @@ class BlurredSearch:
             scale = self._scales[index]
             if scale.is_searched:
                 continue
+            if self._statistics.effort() > self._effort_most:
+                break  # no votes of those left would be cast
             if finder is None or not finder.finds_alike(scale.edges):
                 finder = scale.edges
                 edges = finder.find_blurred(frame)
