@@ -84,7 +84,9 @@ def test_cells_beside_a_place_beyond_the_frame_are_not_as_sharp_as_print():
     show(cells, 3)
     for cell in (2, 14, 21):  # 225 degrees: down to the left
         cells.depths[cell] = BIAS + INK
-    assert cells._weigh(True) and cells._weights[25] == 64 + 32 + 64 + 64
+    assert cells._weigh()
+    cells._weigh_strokes()
+    assert cells._weights[25] == 64 + 32 + 64 + 64
 
 
 def test_where_the_tone_beside_cells_changes_an_edge_is_likelier_than_print():
@@ -138,4 +140,16 @@ def test_samples_between_cells_lie_a_degree_to_both_sides():
     assert cells.measure(frame, 100 << 8, (100 << 8) + 64, 50 << 8, 0, 0, 0, 0, 8192, 200, False)
     show(cells, 3)
     cells.depths[2] = BIAS + INK
-    assert cells._weigh(True) and cells._weights[25] == 0
+    assert cells._weigh()
+    cells._weigh_strokes()
+    assert cells._weights[25] == 0
+
+
+def test_a_word_that_is_certain_is_no_stroke():
+    cells = reader()
+    look(cells, crossed(45, GREY))
+    show(cells, 10)  # cells 0, 1, 2, 3, 6, 8, 18, 19
+    assert cells.decide(2) == 10 and cells._weights[25] == 8 * 64
+    for cell in (6, 8, 18, 19):
+        cells.depths[cell] = BIAS + 128  # neither dark nor white
+    assert cells.decide(2) == UNKNOWN and cells._weights[25] == 0

@@ -24,7 +24,7 @@ def test_half_of_the_cells_are_enough():
         show(cells, ID)
         for cell in range(outside):
             cells.depths[cell] = 0
-        assert bool(cells._weigh(False)) == are_enough
+        assert bool(cells._weigh()) == are_enough
 
 
 def test_where_twenty_cells_are_white_one_of_another_tone_is_believed_by_half():
@@ -34,7 +34,7 @@ def test_where_twenty_cells_are_white_one_of_another_tone_is_believed_by_half():
         for cell in range(outside):
             cells.depths[cell] = 0
         cover(cells, [23], WHITE - 250)
-        assert cells._weigh(False) and cells._weights[23] - BIAS == weight, outside
+        assert cells._weigh() and cells._weights[23] - BIAS == weight, outside
 
 
 def test_a_cell_in_which_a_lamp_is_mirrored_tells_nothing():
@@ -43,7 +43,7 @@ def test_a_cell_in_which_a_lamp_is_mirrored_tells_nothing():
         dark = show(cells, ID)
         white = [cell for cell in range(24) if not dark >> cell & 1][0]
         cells.depths[24 + white] = level
-        assert cells._weigh(False) and cells._weights[white] - BIAS == weight, level
+        assert cells._weigh() and cells._weights[white] - BIAS == weight, level
 
 
 def test_a_cell_much_lighter_than_the_white_beside_it_tells_nothing():
@@ -52,7 +52,7 @@ def test_a_cell_much_lighter_than_the_white_beside_it_tells_nothing():
         dark = show(cells, ID)
         white = [cell for cell in range(24) if not dark >> cell & 1][0]
         cells.depths[white] = BIAS + depth
-        assert cells._weigh(False) and cells._weights[white] - BIAS == weight, depth
+        assert cells._weigh() and cells._weights[white] - BIAS == weight, depth
 
 
 def test_how_dark_the_fourth_cell_of_a_coded_marker_is():
@@ -61,7 +61,7 @@ def test_how_dark_the_fourth_cell_of_a_coded_marker_is():
         show(cells, 3)
         for cell in (1, 8, 13, 20):
             cells.depths[cell] = BIAS + depth
-        assert cells._weigh(False) and cells._weights[8] - BIAS == weight, depth
+        assert cells._weigh() and cells._weights[8] - BIAS == weight, depth
 
 
 def test_where_print_is_patchy_what_is_less_dark_is_dark_all_the_same():
@@ -71,7 +71,7 @@ def test_where_print_is_patchy_what_is_less_dark_is_dark_all_the_same():
         for cell in dark:
             cells.depths[cell] = BIAS + others
         cells.depths[dark[0]] = BIAS + depth
-        assert cells._weigh(False) and cells._weights[dark[0]] - BIAS == weight, (others, depth)
+        assert cells._weigh() and cells._weights[dark[0]] - BIAS == weight, (others, depth)
 
 
 def test_how_much_darker_than_the_others_ink_may_be():
@@ -79,7 +79,7 @@ def test_how_much_darker_than_the_others_ink_may_be():
         cells = reader()
         dark = [cell for cell in range(24) if show(cells, ID) >> cell & 1]
         cells.depths[dark[0]] = BIAS + depth
-        assert cells._weigh(False) and cells._weights[dark[0]] - BIAS == weight, depth
+        assert cells._weigh() and cells._weights[dark[0]] - BIAS == weight, depth
 
 
 def test_what_nothing_covers_and_yet_tells_nothing_is_counted():
@@ -90,9 +90,9 @@ def test_what_nothing_covers_and_yet_tells_nothing_is_counted():
             cells.depths[cell] = BIAS + 128  # neither dark nor white
         cells.depths[48 + 4] = WHITE + lighter
         cells.depths[9] = 0  # beyond the frame
-        assert cells._weigh(False) and cells._weights[27] == count, lighter
+        assert cells._weigh() and cells._weights[27] == count, lighter
         cells._hidden = 1 << 20  # white, behind a hidden ring, of the plate's tone
-        assert cells._weigh(False) and cells._weights[27] == count + 1, lighter
+        assert cells._weigh() and cells._weights[27] == count + 1, lighter
 
 
 def test_cells_are_believed_less_the_more_light_is_on_them():
@@ -114,7 +114,7 @@ def test_cells_are_believed_less_the_more_light_is_on_them():
         cells = reader()
         show(cells, ID)
         cells.depths[48 + cell] = WHITE + lighter
-        assert cells._weigh(False) and cells._weights[cell] - BIAS == weight, (cell == dark_cell, lighter)
+        assert cells._weigh() and cells._weights[cell] - BIAS == weight, (cell == dark_cell, lighter)
 
 
 def test_from_which_shade_ink_counts_as_less_dark():
@@ -123,7 +123,7 @@ def test_from_which_shade_ink_counts_as_less_dark():
         cell = [cell for cell in range(24) if show(cells, ID) >> cell & 1][0]
         cells.depths[cell] = BIAS + 168
         cells.depths[48 + cell] = WHITE - shade
-        assert cells._weigh(False) and cells._weights[cell] - BIAS == weight, shade
+        assert cells._weigh() and cells._weights[cell] - BIAS == weight, shade
 
 
 def test_ink_fades_and_white_stays_unless_noise_strays_as_far():
@@ -143,7 +143,7 @@ def test_ink_fades_and_white_stays_unless_noise_strays_as_far():
         dark = show(cells, ID)
         cell = [cell for cell in range(24) if dark >> cell & 1][0]
         cells.depths[cell] = BIAS + depth
-        assert cells._weigh(False) and cells._weights[cell] - BIAS == weight, (noisy, depth)
+        assert cells._weigh() and cells._weights[cell] - BIAS == weight, (noisy, depth)
 
 
 def test_a_shadow_in_which_two_cells_are_dark_hides_none():

@@ -6,8 +6,8 @@ What a cell tells is weighed, the word that contradicts the least is taken, and 
 would contradict so much more. An ID is told by cells and lines together: lines that were read must agree.
 
 On a Cortex-M7 that adds 50,000 to 60,000 instructions to a frame with a marker whose cells leave no doubt,
-about 45,000 more where rivals have to be looked for, which ends after some 100 of them, and nothing to one
-without a marker.
+about 45,000 more where rivals have to be looked for, which ends after some 100 of them, some 6,000 where
+dark cells may be strokes across a plain marker, and nothing to one without a marker.
 """
 
 from array import array
@@ -107,7 +107,7 @@ class CellReader:
         lines_id: 1..7 as the coding lines were read, which must agree; 0 when in doubt, or plus eight times
         the lines in doubt, when the others must. is_turned: the code alone says where the orientation line
         is."""
-        if not self._weigh(0 < lines_id < ID_COUNT):
+        if not self._weigh():
             self.margin = 0
             return UNKNOWN
         if self._mirrored:
@@ -122,7 +122,10 @@ class CellReader:
             lines[3] = 0
         weights = self._weights
         result = self._result
-        if not cell_search.certain_word(0, 0, self._scratch, weights, CELL_ROWS, lines, result):
+        certain = cell_search.certain_word(0, 0, self._scratch, weights, CELL_ROWS, lines, result)
+        if 0 < lines_id < ID_COUNT and not (certain and result[_WORD_ID]):
+            self._weigh_strokes()  # no stroke looks like a word that is certain
+        if not certain:
             self._search(lines)
         told = cell_words.believed_word(lines_id, 0, is_turned, weights, result)
         self.margin = told >> 12
@@ -134,7 +137,7 @@ class CellReader:
 
         seen: for each of four quarter turns what the inner position there says, above 0 for a line, below for
         none, as much as that is to weigh; possible: bit k: the orientation line may lie there."""
-        if not self._weigh(False):
+        if not self._weigh():
             return -1
         lines = self._lines
         result = self._result
@@ -172,25 +175,34 @@ class CellReader:
         return self.depths[48 + cell] if self.depths[cell] else 0
 
     @micropython.native
-    def _weigh(self, may_be_plain):
-        """Weighs the cells measured last; False when too few tell anything.
-
-        may_be_plain: what they cost a plain marker is asked for, too."""
+    def _weigh(self):
+        """Weighs the cells measured last; False when too few tell anything."""
         weights = self._weights
         if not cell_words.cell_weights(
             self._neutral_q8, 0, self._scratch, self.depths, self._hidden, weights
         ):
             return False
-        if may_be_plain:
-            weights[25] = cell_strokes.stroke_cost(
-                0, 0, self._frame, LOG_GREY, self.pose, self.depths, weights, self._scratch
-            )
         if self._mirrored:
-            for cell in range(12):
-                weight = weights[cell]
-                weights[cell] = weights[23 - cell]
-                weights[23 - cell] = weight
+            self._mirror()
         return True
+
+    def _mirror(self):
+        """Exchanges left and right of the weights."""
+        weights = self._weights
+        for cell in range(12):
+            weight = weights[cell]
+            weights[cell] = weights[23 - cell]
+            weights[23 - cell] = weight
+
+    def _weigh_strokes(self):
+        """Writes what the dark cells cost a plain marker."""
+        if self._mirrored:
+            self._mirror()  # as they were seen
+        self._weights[25] = cell_strokes.stroke_cost(
+            0, 0, self._frame, LOG_GREY, self.pose, self.depths, self._weights, self._scratch
+        )
+        if self._mirrored:
+            self._mirror()
 
     def _search(self, lines):
         """Looks for the words that cost least, where none is certain; lines: as in `likeliest_words`."""

@@ -46,7 +46,7 @@ def stroke_cost(
 
     place, depths: as `cells.cell_depths` takes and writes them; weights: as from `cell_words.cell_weights`,
     before they are mirrored; gaps: GAPS items, scratch space: how dark the white places beside the first and
-    the last of three cells are.
+    the last of three cells are, where these are dark.
     Cells are taken together that stand side by side, with nothing white between them. Where a place that is
     never printed on is dark, too, a stroke crosses them all: they cost nothing. Where the white beside a cell
     has another tone, an edge lies there: it costs less, and half where the cell before or after has. Where
@@ -69,49 +69,54 @@ def stroke_cost(
     e2 = int(place[_PLACE_E2_Q14]) - _BIAS
     i = 0
     while i < 24:
+        # the places before the first cell of six, between the third and the fourth, after the last
         x = _MIDDLE_COS_Q14
         y = _MIDDLE_SIN_Q14
+        k = dark >> i
         if i % 6 == 2:
             x = _DIAGONAL_Q14
             y = _DIAGONAL_Q14
+            k = k | (k >> 1)
         elif i % 6 == 5:
             x = _MIDDLE_SIN_Q14
             y = _MIDDLE_COS_Q14
-        vx = (ux * x + uy * y) >> 14
-        vy = (uy * x - ux * y) >> 14
-        bend = ((int(place[_PLACE_HX_Q14]) - _BIAS) * vx + (int(place[_PLACE_HY_Q14]) - _BIAS) * vy) >> 14
-        dx = (radius * (vx + ((e1 * vx + e2 * vy) >> 14))) >> 14
-        dy = (radius * (vy + ((e2 * vx - e1 * vy) >> 14))) >> 14
-        # two pixels at each of four radii: white first, then between the cells
-        value = 0
-        k = 0
-        while k < 8:
-            y = int(place[_PLACE_RADII_Q10 + (k >> 1)])
-            y += (((y * y) >> 10) * bend) >> 14
-            x = (dx * y) >> 10
-            y = (dy * y) >> 10
-            step = _TANGENT_Q14
-            if k & 1:
-                step = 0 - step
-            vx = (x + ((y * step) >> 14) + int(place[_PLACE_X_Q8]) + 128) >> 8
-            vy = (y - ((x * step) >> 14) + int(place[_PLACE_Y_Q8]) + 128) >> 8
-            if vx < 0 or vy < 0 or vx >= width or vy >= height:
-                value = 0 - (1 << 20)
-                k = 8
+        if k & 1:
+            vx = (ux * x + uy * y) >> 14
+            vy = (uy * x - ux * y) >> 14
+            bend = ((int(place[_PLACE_HX_Q14]) - _BIAS) * vx + (int(place[_PLACE_HY_Q14]) - _BIAS) * vy) >> 14
+            dx = (radius * (vx + ((e1 * vx + e2 * vy) >> 14))) >> 14
+            dy = (radius * (vy + ((e2 * vx - e1 * vy) >> 14))) >> 14
+            # two pixels at each of four radii: white first, then between the cells
+            value = 0
+            k = 0
+            while k < 8:
+                y = int(place[_PLACE_RADII_Q10 + (k >> 1)])
+                y += (((y * y) >> 10) * bend) >> 14
+                x = (dx * y) >> 10
+                y = (dy * y) >> 10
+                step = _TANGENT_Q14
+                if k & 1:
+                    step = 0 - step
+                vx = (x + ((y * step) >> 14) + int(place[_PLACE_X_Q8]) + 128) >> 8
+                vy = (y - ((x * step) >> 14) + int(place[_PLACE_Y_Q8]) + 128) >> 8
+                if vx < 0 or vy < 0 or vx >= width or vy >= height:
+                    value = 0 - (1 << 20)
+                    k = 8
+                else:
+                    x = int(log[int(image[vy * width + vx])])
+                    if k >= 4:
+                        x = 0 - x
+                    value += x
+                    k += 1
+            if value < 0 - 8192:
+                gaps[i] = 0  # outside the frame: neither dark nor white
             else:
-                x = int(log[int(image[vy * width + vx])])
-                if k >= 4:
-                    x = 0 - x
-                value += x
-                k += 1
-        if value < 0 - 8192:
-            gaps[i] = 0  # outside the frame: neither dark nor white
-        else:
-            gaps[i] = (value << 8) // unit + _BIAS
+                gaps[i] = (value << 8) // unit + _BIAS
+            if i % 6 == 2:
+                gaps[i + 1] = int(gaps[i])
         if i % 6 == 0:
             i += 2
         elif i % 6 == 2:
-            gaps[i + 1] = int(gaps[i])
             i += 3
         else:
             x = ux
