@@ -5,12 +5,14 @@ from larics.locate.uncertainty import OdometryNoise
 from larics.locate.wheel_noise import Loudness, Slope
 from odometry_parts import Told, carrier, placed
 
+LEAST_Q4 = -176  # that a short way shows
 
-def louder_by(*squares_q4, moved=False):
+
+def louder_by(*squares_q4, moved=False, least_q4=LEAST_Q4):
     """How loud wheels are believed to be after each of such squares."""
     noise, told = Loudness(), []
     for square_q4 in squares_q4:
-        noise.hear(square_q4, moved)
+        noise.hear(square_q4, moved, least_q4)
         told.append(noise.q4)
     return told
 
@@ -21,14 +23,15 @@ def test_noise_is_heard_as_a_mean_within_limits():
     assert louder_by(16, 16) == [40, 20 + 28]  # what was expected was more than was found
     assert louder_by(0) == [-96 + 40]  # by one square no more
     assert louder_by(0, 0, 0) == [-56, -92, -110]
-    assert louder_by(*[0] * 90)[-1] == -208 + 40 // 10
+    assert louder_by(*[0] * 90)[-1] == LEAST_Q4 - 32 + 40 // 10
+    assert louder_by(*[0] * 60, least_q4=-50)[-1] == -50 - 32 + 40 // 10
     assert louder_by(512) == louder_by(1 << 18) == [5 * 16 + 40]  # a slip
     assert louder_by(*[1 << 18] * 60)[-1] == 176
     noise = Loudness()
     for square_q4 in [16] * 10:
-        noise.hear(square_q4)
+        noise.hear(square_q4, False, LEAST_Q4)
     last_q4 = noise._found_q4
-    noise.hear(512)
+    noise.hear(512, False, LEAST_Q4)
     assert noise._known == 10 and noise._found_q4 - last_q4 == 16 + 14  # (10 + 32) / 11
 
 
@@ -71,7 +74,7 @@ def test_what_the_camera_cannot_see_is_likely_to_be_less_still():
     noise = seen(*[(0, 100, 6400)] * 9)
     assert noise._found_q4 == -128 + 16  # a quarter of the scatter's square is the least
     was_q4 = noise.q4
-    noise.hear(16)  # fits: as it was, but now by one square
+    noise.hear(16, False, LEAST_Q4)  # fits: as it was, but now by one square
     assert not noise._is_unseen and noise._known == 1 and -8 < noise.q4 - was_q4 - 40 <= 0
 
 
@@ -170,6 +173,24 @@ def test_which_ways_below_a_marker_tell_that_wheels_are_quiet():
         assert way_q4 == 0 and (turn_q4 < -20) == tells, (turn_cdeg, times)
 
 
+def test_no_wheels_are_quieter_than_slips_let_them_be():
+    noise = Loudness()
+    for _ in range(9):
+        noise.look(0, 100, 1000, -60)
+    assert noise._is_unseen and noise.q4 == -60 - 32
+    noise.follow(-300)
+    assert noise.q4 == -60 - 32
+    told = {}
+    for speed in (0, 200, 2000):  # mm/s
+        made, fix = carrier()
+        made._path[1], made._path[9], fix.x_mm10 = 5000 << 4, speed, 5000
+        made.way_noise, made.turn_noise = Heard(), Heard()
+        made._hear_noise(fix)
+        assert made.way_noise.least_q4 == made.turn_noise.least_q4
+        told[speed] = made.way_noise.least_q4
+    assert told == {0: -48, 200: -48 - 67, 2000: -48 - 120}, told
+
+
 def test_what_is_not_seen_of_the_way_is_as_loud_as_in_turns():
     for times, other_q4, expected_q4 in (
         (2, -300, -96 + 20 - 48),  # as before
@@ -193,6 +214,9 @@ class Heard(Loudness):
 
     def look(self, square, scatter, expected, least_q4):
         self.scatter, self.expected, self.least_q4 = scatter, expected, least_q4
+
+    def hear(self, square_q4, moved, least_q4):
+        self.least_q4 = least_q4
 
     def follow(self, other_q4):
         self.other_q4 = other_q4

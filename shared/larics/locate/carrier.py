@@ -265,6 +265,7 @@ class Carrier:
         off = mrad_q4(max(-6000, min(6000, wrap_cdeg(fix.heading_cdeg - self.heading_cdeg))))
         items, place, turn = self._items, _variance_q4(fix), _variance_of_heading_q8(fix)
         xx, xy, yy = items[_COVARIANCE_XX], items[_COVARIANCE_XY], items[_COVARIANCE_YY]
+        least_q4 = self._least_q4(self._model.at_speed_q4(self._path[_PATH_SPEED]))
         turn_q4 = min(1 << 18, off * off // max(1, items[_COVARIANCE_TT] + turn >> 4))
         ahead, aside = self._path[_PATH_X] >> 4, self._path[_PATH_Y] >> 4
         distance = length(ahead, aside)
@@ -279,11 +280,15 @@ class Carrier:
             if not fix.moved:
                 scale = items[_COVARIANCE_SCALE]
                 self._learn_scale(distance, along, max(1, variance - (scale * scale >> 4)))
-            self.way_noise.hear(_square_q4(along, variance), fix.moved)
-        self.turn_noise.hear(turn_q4, fix.moved)
+            self.way_noise.hear(_square_q4(along, variance), fix.moved, least_q4)
+        self.turn_noise.hear(turn_q4, fix.moved, least_q4)
         if not fix.moved:
             self._legs = min(_NEAR_LEGS + 1, self._legs + 1)
         self.shares.settle(self.way_noise.q4, self.turn_noise.q4)
+
+    def _least_q4(self, noise_q4):
+        """How quiet wheels may be, against that noise: slips come with the way, as fast as it may be."""
+        return self._model.noise_q4 - noise_q4 + _LEAST_Q4
 
     def _learn_scale(self, distance, along, variance):
         """From how far the marker lies off along the way since the last one."""
@@ -305,7 +310,7 @@ class Carrier:
         noise_q4 = self._model.at_speed_q4(speed_mm_s)
         expected = times_q4(shares.way_mm10 * _WAY_NOISE_Q20 >> 10, noise_q4) >> 6
         expected = min(1 << 19, expected * way_ms // (way_ms + _NEAR_MS) * way_ms // (way_ms + _ALIKE_MS))
-        least_q4 = self._model.noise_q4 - noise_q4 + _LEAST_Q4
+        least_q4 = self._least_q4(noise_q4)
         off = max(-4000, min(4000, shares.missed_q4 * half_track_mm // 160))  # 0.01 mm
         scatter = min(_MOST_OFF, min(fix.scatter_cdeg, 3000) * half_track_mm * 7 // 400)
         late = min(_MOST_OFF, turned * half_track_mm // (way_ms * _LATE_MM_S))

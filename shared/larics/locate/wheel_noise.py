@@ -13,7 +13,7 @@ except ImportError:
 from larics.locate.uncertainty import log2_q4, times_q4
 
 LOUDEST_Q4 = const(176)  # the noise at most 2**11 times that of the settings ...
-_QUIETEST_Q4 = const(-208)  # ... and 2**13 times less
+_QUIETEST_Q4 = const(-32)  # ... and a quarter of the least that short ways show
 _MOVED_Q4 = const(24)  # at most so much louder by a vehicle that was not where it was expected
 _QUIETER_Q4 = const(-96)  # at most so much quieter by one square
 _ODD_Q4 = const(512)  # 32: a slip counts for no more
@@ -34,10 +34,12 @@ class Loudness:
         self._found_q4 = 0
         self._known = 0  # squares that it rests on
         self._is_unseen = False  # short ways showed no noise beside that of the camera
+        self._quietest_q4 = 0
 
-    def hear(self, square_q4, moved=False):
+    def hear(self, square_q4, moved, least_q4):
         """From one marker to another: the square of what was missed by that of the standard deviation, Q4,
-        below 2**25. moved: the vehicle was not where it was expected."""
+        below 2**25. moved: the vehicle was not where it was expected. least_q4: as for `look`."""
+        self._quietest_q4 = least_q4 + _QUIETEST_Q4
         if moved:
             self._found_q4 = min(LOUDEST_Q4, self._found_q4 + max(0, min(_MOVED_Q4, log2_q4(square_q4, 16))))
         else:
@@ -52,6 +54,7 @@ class Loudness:
         the model expects, each below 2**20. Too short to show that the noise is louder than the model's, or
         quieter than least_q4."""
         found_q4, q4 = self._found_q4, self.q4
+        self._quietest_q4 = min(self._quietest_q4, least_q4 + _QUIETEST_Q4)
         least_q4 = max(least_q4, log2_q4(max(1, scatter >> 2), max(1, expected)))
         noise = times_q4(expected, found_q4)
         if noise < scatter and square < scatter << 2:
@@ -74,7 +77,7 @@ class Loudness:
     def _take(self, square_q4):
         known_q4 = self._known << 4
         step_q4 = log2_q4(known_q4 + min(_ODD_Q4, square_q4), known_q4 + 16)
-        self._found_q4 = max(_QUIETEST_Q4, min(LOUDEST_Q4, self._found_q4 + max(_QUIETER_Q4, step_q4)))
+        self._found_q4 = max(self._quietest_q4, min(LOUDEST_Q4, self._found_q4 + max(_QUIETER_Q4, step_q4)))
         self._known = min(_MEMORY, self._known + 1)
 
     def _settle(self):
@@ -83,7 +86,7 @@ class Loudness:
             q4 += _CHANCE_Q4 // self._known
         if self._is_unseen:
             q4 -= _UNSEEN_Q4
-        self.q4 = max(_QUIETEST_Q4, min(LOUDEST_Q4, q4))
+        self.q4 = max(self._quietest_q4, min(LOUDEST_Q4, q4))
 
 
 class Slope:
