@@ -41,7 +41,8 @@ class Parts:
         self._camera = camera
         self._faults = faults
         # a size that was set counts after a restart
-        self.sensor = Sensor(settings, (camera.width or settings.width, camera.height or settings.height))
+        size = (camera.width or settings.width, camera.height or settings.height)
+        self.sensor = Sensor(settings, size, weigh_all=not heap.small)
         self.sensor.detector = detector
         self.exposure = None
         self._reduced = False  # whether the detector is not whole for want of memory

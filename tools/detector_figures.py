@@ -199,7 +199,7 @@ def lines_figure(frame, direct):
     lines = direct.lines
     figure = plt.figure(figsize=(10, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
-    profile = np.array(lines._profile, float)
+    profile = np.array(lines.profile, float)
     angles = np.arange(len(profile)) * 360 / len(profile)
     left.plot(angles, profile, color=BLUE)
     left.axvline(lines.angle_turn16 * 360 / 65536, color=RED, linestyle="--", label="orientation line")

@@ -31,6 +31,8 @@ NO_LIMITS = {
     "shared/larics/direct/ring_fit.py": {"SECTORS", "SKIP_OUTER", "SKIP_INNER"},
     "shared/larics/direct/line_reader.py": {"POSITIONS"},
     "shared/larics/direct/robust_centre.py": {"_ROBUST_PARAMETERS", "_ROBUST_SCALE", "_ROBUST_SQUARE"},
+    "shared/larics/direct/evidence.py": {"_ITEMS", "_ITEM_SHALLOWER", "_LEAST"},
+    "shared/larics/kernels/evidence.py": {"_OFFSET", "_ZERO", "_DEPTH_MOST", "_PAIR_ITEMS"},
     "shared/larics/direct/acceptance.py": {"_RULES", "_IN_DOUBT", "_ALL_IN_DOUBT"},
     "shared/larics/coded/cell_reader.py": {"PLAIN", "UNKNOWN", "_NEVER"},
     "shared/larics/detect/detector.py": {"_FAMILY_MM10"},

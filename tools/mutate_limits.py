@@ -39,6 +39,7 @@ CARRIED = (
 WIRE = ("test_protocol", "test_golden_wire", "test_encodings", "test_outbox")
 READ = ("test_direct_acceptance", "test_code_acceptance")
 FIT = (
+    "test_evidence",
     "test_ring_limits",
     "test_direct_passes",
     "test_direct_lines",
@@ -60,7 +61,9 @@ TARGETS = {  # module -> tests of tests/dual, or a path
     "shared/larics/kernels/rules.py": READ,
     "shared/larics/kernels/code.py": ("test_direct_lines", *READ),
     "shared/larics/kernels/code_rules.py": ("test_code_acceptance",),
-    "shared/larics/direct/acceptance.py": READ,
+    "shared/larics/direct/acceptance.py": ("test_evidence", *READ),
+    "shared/larics/direct/evidence.py": ("test_evidence",),
+    "shared/larics/kernels/evidence.py": ("test_evidence",),
     "shared/larics/blurred/acceptance.py": ("test_blurred_acceptance",),
     "shared/larics/blurred/reader.py": ("test_blurred_acceptance", "test_blurred_fits"),
     "shared/larics/blurred/candidates.py": ("test_blurred_candidates", "test_model"),

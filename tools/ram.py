@@ -31,10 +31,10 @@ NOT_LOADED = (
     "larics/locate/uncertainty", "larics/locate/wheel_noise", "larics/marker/far_apart",
     "larics/wire/mavlink", "larics/wire/messages", "larics/wire/nmea",
 )  # fmt: skip
-CODE_MOST = 230000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
+CODE_MOST = 241000  # bytes of .mpy that are loaded; raise it only for what is worth the memory
 SMALL_MOST = 110000  # of the small-heap build: with more, a heap of 256 KiB does not take all from ROMFS
 NAMES_MOST = 285  # of the small-heap build: the list of them doubles when it is full, with 300 or so of all
-BUFFERS_MOST = 81500
+BUFFERS_MOST = 82400
 
 
 def code():
@@ -76,7 +76,8 @@ def buffers():
 def main():
     rows, names = code()
     loaded = sum(row[1] for row in rows if row[3])
-    smaller = sum(row[2] or 0 for row in rows if row[3])
+    # a small heap does without what weighs all evidence
+    smaller = sum(row[2] or 0 for row in rows if row[3] and "/evidence" not in row[0])
     print("   usual   small")
     for name, size, small, is_loaded in rows:
         print("%8d%8s  %s%s" % (size, small or "", name, "" if is_loaded else "  (when needed)"))

@@ -57,14 +57,14 @@ class Scale:
 
 def examined(radius_q8, moves, predicted=0):
     """The verdict on scripted rings, and the script."""
-    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None, False)
     script = Scripted(radius_q8, moves)
     reader.rings = reader.lines = reader.acceptance = script
     return reader.examine(None, Scale, 1, 0, 0, predicted), script
 
 
 def test_rings_too_small_or_too_faint_are_left_to_the_blur_model():
-    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None, False)
     line_px256 = 7680 * reader.rings.line_q10 >> 10
     reader.rings.radius_q8, reader.rings.area = 7680, (56 * line_px256 + 255) // 256
     assert reader.decides()
@@ -134,7 +134,7 @@ class Moved(Scripted):
 
 def test_a_centre_that_was_moved_lets_the_line_be_measured_twice():
     for moved_q10, times in ((40, 1), (41, 2)):
-        reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+        reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None, False)
         script = Moved(8000, (0,))
         script.robust_q10 = moved_q10
         reader.rings = reader.lines = reader.acceptance = reader.robust = script
@@ -178,7 +178,7 @@ class Covered(Scripted):
 
 def covered(faint, told, marker_id, coded=True):
     """The verdict, and the last pass of the rings."""
-    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None)
+    reader = DirectReader(136, 128, LARICS3, 175, 7680, bytearray(512), 16, None, False)
     script = Covered(faint, (told, marker_id))
     reader.rings = reader.lines = reader.acceptance = reader.robust = script
     reader.cells = script if coded else None

@@ -31,6 +31,7 @@ ELSEWHERE = {
     "cells": "tests/dual/test_cells.py",
     "cell_search": "tests/dual/test_cell_words.py",
     "cell_strokes": "tests/dual/test_cell_strokes.py",
+    "evidence": "tests/dual/test_evidence.py",
     "cell_words": "tests/dual/test_cell_words.py",
 }
 

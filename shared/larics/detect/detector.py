@@ -52,6 +52,8 @@ class Detector:
     allow_id0        also report ID 0, which has no coding line
     second_opinion   judge the best rejected candidate by a model of blur when no marker has been read; rings
                      below 9 px and faint ones are left to it altogether, so one of these a frame is reported
+    weigh_all        with the second opinion: where a rule refuses a plain marker, all that was measured of
+                     it is weighed together; a board with little memory does without
     margin_min       0..255: no marker of a smaller margin is reported. More makes wrong IDs rarer and misses
                      more of what is covered, dirty or badly lit
     max_tilt_deg     of the camera, 0..40: widens the range of radii by what tilt shortens
@@ -68,6 +70,7 @@ class Detector:
         self, width, height, radius_min_px=RADIUS_MIN_PX, radius_max_px=RADIUS_MAX_PX, line_mm=None,
         family=CODED, allowed_ids=None, allow_id0=False, confirm=None, second_opinion=True,
         max_tilt_deg=0, margin_min=verdicts.MARGIN_MIN, mirrored=False, thorough=False,
+        weigh_all=True,
     ):  # fmt: skip
         if not (64 <= width <= 1024 and 48 <= height <= 1024):
             raise ValueError("frames are 64x48 to 1024x1024 px, not %dx%d" % (width, height))
@@ -122,7 +125,7 @@ class Detector:
         self.allowed = id_set(allowed_ids, family.coded, allow_id0 or family.allow_id0)
         self.direct = DirectReader(
             width, height, family, line_mm10, self._scales[-1].radius_max_q8, self.allowed, margin_min,
-            mirrored,
+            mirrored, second_opinion and weigh_all,
         )  # fmt: skip
         for scale in self._scales:
             scale.radii = self.direct.rings.radii(

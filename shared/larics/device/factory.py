@@ -10,10 +10,10 @@ from larics.marker import LARICS3
 from larics.settings.constraints import CAMERA_SETTINGS, calibrated_camera, line_mm, seen_ids
 
 
-def make_detector(settings, size=None, thorough=False):
+def make_detector(settings, size=None, thorough=False, weigh_all=True):
     """What finds the markers as the settings ask for: its `detect(frame)` gives a list of Detection.
 
-    thorough: as of Detector. ValueError when the settings do not suit the frames, MemoryError."""
+    thorough, weigh_all: as of Detector. ValueError when the settings do not suit the frames, MemoryError."""
     width, height = size or (settings.width, settings.height)
     radii = (settings.radius_min_px, settings.radius_max_px)
     coded = settings.family == "coded"
@@ -42,6 +42,7 @@ def make_detector(settings, size=None, thorough=False):
         max_tilt_deg=(settings.max_tilt_cdeg + 99) // 100,
         margin_min=settings.margin_min,
         thorough=thorough,
+        weigh_all=weigh_all,
     )
     return Tracker(detector) if settings.tracking else detector
 

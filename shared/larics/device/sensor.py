@@ -22,7 +22,8 @@ EVERY_PART = DETECTOR | LOCATOR | NAVIGATOR
 class Sensor:
     """`rebuild` first, and again with what the changed setting declares (Field.rebuilds).
 
-    settings     larics.settings.Settings; size: (width, height) of the frames, None for that of the settings
+    settings     larics.settings.Settings; size: (width, height) of the frames, None for that of the settings;
+                 weigh_all: as of Detector
     detector     its detect(frame) gives a list of Detection; None before it is built
     locator      larics.locate.camera_model.Camera
     navigator    larics.locate.navigator.Navigator; None without a map or a calibration
@@ -31,8 +32,9 @@ class Sensor:
     measurements, rejected   after `place`: those of the frame, and how many detections were not reported
     """
 
-    def __init__(self, settings, size=None):
+    def __init__(self, settings, size=None, weigh_all=True):
         self.settings = settings
+        self._weigh_all = weigh_all
         self.size = size
         self.detector = self.locator = self.navigator = None
         self.calibrated = False
@@ -49,7 +51,7 @@ class Sensor:
         was. Where there is no memory for two detectors, set `detector` to None before."""
         settings = settings or self.settings
         if parts & DETECTOR:
-            self.detector = make_detector(settings, self.size)
+            self.detector = make_detector(settings, self.size, weigh_all=self._weigh_all)
         if parts & LOCATOR:
             self.locator = make_locator(settings, self.size)
             self.calibrated = settings.focal_q8 > 0

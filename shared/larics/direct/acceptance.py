@@ -56,7 +56,7 @@ class Acceptance:
         self._pose_margin = max(_POSE_MARGIN, margin_min)
         self._allowed = allowed
         self.marker_id = NO_ID
-        self.margin = self.lines_margin = 255
+        self.margin = self.lines_margin = self.pose_margin = 255
         self._rules = array("i", bytes(8 * _RULES))
         self._light = array("i", bytes(4 * _LIGHT_ITEMS))
 
@@ -107,7 +107,7 @@ class Acceptance:
 
         cells: the `coded.cell_reader.CellReader` that has measured them, None for the plain family;
         is_turned: they alone say where the orientation line is."""
-        pose_margin = self.margin
+        pose_margin = self.pose_margin = self.margin
         marker_id = _ALL_IN_DOUBT
         is_clean = True
         if lines.code_inside:
@@ -143,4 +143,31 @@ class Acceptance:
             return ACCEPTED
         if marker_id == 0:
             return NO_CODE
+        return ID_UNCERTAIN if self.margin >= self._pose_margin else NOT_EMPTY
+
+    @micropython.native
+    def weighed(self, lines_id, margin, lines, cells, verdict):
+        """The verdict on an ID that `direct.evidence` tells, with that margin; 0: none.
+
+        verdict: that of `code`, which stays where this one is not believed.
+
+        Only of a plain marker: the cells must be seen to be white."""
+        told = NO_ID
+        if lines_id and lines.stroke_q8 <= _STROKE_MOST and holds(self._allowed, lines_id):
+            margin = min(margin, self.pose_margin)
+            if cells is None:
+                told = lines_id
+            elif cells.decide(lines_id) == PLAIN:
+                told = lines_id
+                margin = min(margin, cells.margin)
+        if told == NO_ID or margin < self._margin_min:
+            self.marker_id = NO_ID
+            return NOT_EMPTY if verdict == ACCEPTED else verdict
+        self.margin = margin
+        self.marker_id = told
+        return ACCEPTED
+
+    def deny(self):
+        """The verdict on a marker whose ID is not believed."""
+        self.marker_id = NO_ID
         return ID_UNCERTAIN if self.margin >= self._pose_margin else NOT_EMPTY

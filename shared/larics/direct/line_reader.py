@@ -48,6 +48,7 @@ _SHAPE_CODE_OPENING = const(14)
 _SHAPE_ITEMS = const(15)
 
 _HYPOTHESES = const(3)
+DIRECTIONS = const(4)  # that are weighed, where rules on each alone find no line
 _SAMPLES = const(3)  # in each direction of the annulus
 _INNER_SAMPLES = const(4)
 _INNER_REACH = const(18)  # 25 degrees, 1/256 turn
@@ -72,6 +73,8 @@ class LineReader:
                        white, 256 = as dark as it
     stroke_q8          darkness of what goes on between the rings beyond a coding line that is seen, as cables
                        and scratches do, 256 = as the rings
+    profile            array of the log greys around the rings, where `list_directions` looked for dark ones
+    shape              array of kernels.layouts: SHAPE
     code_inside        whether all eight positions lie inside the frame
     code               array of 8 * kernels.layouts: POSITION
     """
@@ -80,8 +83,8 @@ class LineReader:
         outer = family.outer_mm10
         end = family.orientation_end_mm10
         half_mm10 = line_mm10 // 2
-        self._stride = 2 if line_mm10 * 12 >= outer else 1
-        self._shape = shape = array("i", bytes(4 * _SHAPE_ITEMS))
+        self.stride = 2 if line_mm10 * 12 >= outer else 1
+        self.shape = shape = array("i", bytes(4 * _SHAPE_ITEMS))
         shape[_SHAPE_LINE_FIRST] = ((outer + half_mm10 + 50) << 10) // outer
         shape[_SHAPE_LINE_LAST] = ((end - 50) << 10) // outer
         shape[_SHAPE_WINDOW] = ((outer - family.inner_mm10) << 10) // (2 * outer)
@@ -92,7 +95,7 @@ class LineReader:
         shape[_SHAPE_AROUND_FIRST] = ((outer + half_mm10 + 130) << 10) // outer
         shape[_SHAPE_AROUND_LAST] = ((end * 17 // 20) << 10) // outer
         shape[_SHAPE_AROUND_SAMPLES] = _SAMPLES
-        shape[_SHAPE_AROUND_STRIDE] = self._stride
+        shape[_SHAPE_AROUND_STRIDE] = self.stride
         code_first_mm10 = max(family.code_start_mm10 + 50, line_mm10 * 21 // 10)
         shape[_SHAPE_CODE_FIRST] = (code_first_mm10 << 10) // outer
         shape[_SHAPE_CODE_LAST] = ((family.code_end_mm10 - 20) << 10) // outer
@@ -106,9 +109,9 @@ class LineReader:
         self._inner_shape[_SHAPE_AROUND_FIRST] = shape[_SHAPE_CODE_FIRST]
         self._inner_shape[_SHAPE_AROUND_LAST] = shape[_SHAPE_CODE_LAST]
         self._inner_shape[_SHAPE_AROUND_SAMPLES] = _INNER_SAMPLES
-        self._profile = array("H", bytes(512 // self._stride))
-        self._depths = array("H", bytes(512 // self._stride))
-        self._picks = array("i", bytes(8 * _HYPOTHESES))
+        self.profile = array("H", bytes(512 // self.stride))
+        self._depths = array("H", bytes(512 // self.stride))
+        self._picks = array("i", bytes(8 * DIRECTIONS))
         self.line = array("i", bytes(4 * _CROSSING_ITEMS))
         self.code = array("i", bytes(4 * _POSITION_ITEMS * POSITIONS))
         self.code_inside = 1
@@ -117,8 +120,8 @@ class LineReader:
     def memory(self):
         """Bytes of the buffers."""
         return (
-            4 * len(self._profile)
-            + 8 * _HYPOTHESES
+            4 * len(self.profile)
+            + 8 * DIRECTIONS
             + 4 * (_SHAPE_ITEMS + _CROSSING_ITEMS + _POSITION_ITEMS * POSITIONS)
         )
 
@@ -126,28 +129,11 @@ class LineReader:
     def find_orientation(self, frame, rings):
         """Looks for the one dark line outside the outer ring; returns the number of lines that pass."""
         self.rivals = 0
-        if not directions.annulus_profile(
-            0, 0, frame, 0, LOG_GREY, COSINE, rings.fit, self._shape, self._profile
-        ):
-            return 0
-        stride = self._stride
-        picks = self._picks
-        found = directions.dark_directions(
-            self._profile,
-            0,
-            0,
-            256 // stride,
-            10 // stride,
-            14 // stride,
-            12 // stride,
-            self._depths,
-            _HYPOTHESES,
-            picks,
-        )
+        found = self.list_directions(frame, rings, _HYPOTHESES)
         best_turn16 = best_q8 = second_q8 = 0
         distance_q10 = (rings.radius_q8 >> 6) + _DISTANCE_MOST
         for index in range(found):
-            self._measure(frame, rings, picks[2 * index] * stride * 256, 2)
+            self._measure(frame, rings, self._pick_turn16(index), 2)
             if found > 1 and not self._ends(frame, rings):
                 continue
             line_q8 = self.line[_CROSSING_AREA]
@@ -167,11 +153,45 @@ class LineReader:
             self._measure(frame, rings, best_turn16, 1)
         return self.rivals
 
+    @micropython.native
+    def list_directions(self, frame, rings, most):
+        """The number of directions outside the outer ring that are darker than their sides, or `most`."""
+        if not directions.annulus_profile(
+            0, 0, frame, 0, LOG_GREY, COSINE, rings.fit, self.shape, self.profile
+        ):
+            return 0
+        stride = self.stride
+        return directions.dark_directions(
+            self.profile,
+            0,
+            0,
+            256 // stride,
+            10 // stride,
+            14 // stride,
+            12 // stride,
+            self._depths,
+            most,
+            self._picks,
+        )
+
+    def _pick_turn16(self, index):
+        return self._picks[2 * index] * self.stride * 256
+
+    @micropython.native
+    def measure_direction(self, frame, rings, index):
+        """Measures all lines as if one of `list_directions` were the orientation line's.
+
+        False where they reach beyond the frame."""
+        self._measure(frame, rings, self._pick_turn16(index), 2)
+        self._measure_ends(frame, rings)
+        self.read_code(frame, rings)
+        return self.code_inside
+
     def find_quarter(self, frame, rings):
         """Turns to a direction in which, or at right angles to which, coding lines lie; False without any.
 
         Whether one of the four is that of the orientation line's is left open."""
-        stride = self._stride
+        stride = self.stride
         profile = self._depths  # what the outer profile holds is still needed
         wave = self._picks
         count = 256 // stride
@@ -199,9 +219,9 @@ class LineReader:
     def _off_centre(self, angle_turn16):
         """How far the middle of what is dark inside lies beyond a direction, clockwise, 1/65536 turn."""
         profile = self._depths
-        count = 256 // self._stride
-        reach = _INNER_REACH // self._stride
-        first = (angle_turn16 >> 8) // self._stride - reach
+        count = 256 // self.stride
+        reach = _INNER_REACH // self.stride
+        first = (angle_turn16 >> 8) // self.stride - reach
         light = min(profile[first % count], profile[(first + 2 * reach) % count])
         total = moment = 0
         for step in range(2 * reach + 1):
@@ -211,7 +231,7 @@ class LineReader:
                 moment += dark * step
         if not total:
             return _OFF_MOST
-        middle_turn16 = (first * self._stride << 8) + (moment * self._stride << 8) // total
+        middle_turn16 = (first * self.stride << 8) + (moment * self.stride << 8) // total
         return (middle_turn16 - angle_turn16 + 32768 & 65535) - 32768
 
     def refine_quarter(self, frame, rings):
@@ -232,9 +252,9 @@ class LineReader:
         """The darkest log grey where the orientation line would be that many quarter turns counterclockwise.
 
         As `find_orientation` saw it; 0 outside the frame."""
-        index = ((self.angle_turn16 - turn * 16384 & 65535) >> 8) // self._stride
-        count = 256 // self._stride
-        profile = self._profile
+        index = ((self.angle_turn16 - turn * 16384 & 65535) >> 8) // self.stride
+        count = 256 // self.stride
+        profile = self.profile
         before = profile[index - 1 if index else count - 1]
         darkest = min(profile[index], min(profile[(index + 1) % count], before))
         return max(0, darkest - 1) // _SAMPLES
@@ -277,7 +297,7 @@ class LineReader:
     def _measure(self, frame, rings, angle_turn16, rounds):
         line = self.line
         kernels.line_crossings(
-            0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self._shape, angle_turn16, rounds, rings.outer_means,
+            0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self.shape, angle_turn16, rounds, rings.outer_means,
             line,
         )  # fmt: skip
         self.angle_turn16 = line[_CROSSING_ANGLE]
@@ -286,7 +306,7 @@ class LineReader:
     def read_code(self, frame, rings):
         """Measures the eight positions inside the inner ring."""
         self.code_inside = code.code_positions(
-            0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self._shape, self.angle_turn16, self.code
+            0, 0, 0, frame, LOG_GREY, COSINE, rings.fit, self.shape, self.angle_turn16, self.code
         )
 
     @micropython.native

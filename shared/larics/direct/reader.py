@@ -42,6 +42,7 @@ _NO_LINE_SEEN = const(16)  # it may be hidden
 _WHITE = const(40)  # log units: a place that differs less from the white plate
 _BESIDE_LEAST_Q8 = const(179)  # of the rings' area: a sector with less is hidden, in part
 _CENTRE_MOVED_Q10 = const(40)  # by the robust fit: the orientation line is measured twice
+_SURE_MARGIN = const(128)  # an ID with less is held against all evidence
 _BENT = const(43)  # 1/1024: by so much of the radius on average
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
@@ -52,9 +53,13 @@ class DirectReader:
     rings, robust, lines, cells, acceptance   what was measured of the last one, and the decision on it
                                               (cells: None for the plain family)
     is_turned   the code, not the orientation line, told how the last one is turned
+    is_weighed  all evidence on that line together told it, where a rule refuses it
     """
 
-    def __init__(self, width, height, family, line_mm10, radius_max_q8, allowed, margin_min, mirrored):
+    def __init__(
+        self, width, height, family, line_mm10, radius_max_q8, allowed, margin_min, mirrored, weighs=True
+    ):
+        """weighs: all evidence is weighed where the rules refuse a plain marker."""
         outer = family.outer_mm10
         self.rings = RingFit(
             width, height, (family.inner_mm10 * 1024 + outer // 2) // outer, line_mm10 * 1024 // outer,
@@ -63,8 +68,14 @@ class DirectReader:
         # where the edges' distances lie, nothing lies any more once the coarse radius is known
         self.robust = RobustCentre(self.rings.distances)
         self.lines = LineReader(family, line_mm10)
+        self.evidence = None
+        if weighs:
+            # a board with little memory does without
+            from larics.direct.evidence import Evidence
+
+            self.evidence = Evidence(family, self.lines)
         self.acceptance = Acceptance(allowed, margin_min)
-        self.is_turned = False
+        self.is_turned = self.is_weighed = False
         self._seen = array("i", bytes(16))
         self.cells = None
         if family.coded:
@@ -73,6 +84,8 @@ class DirectReader:
     def memory(self):
         """Bytes of the buffers."""
         cells = self.cells.memory() if self.cells else 0
+        if self.evidence:
+            cells += self.evidence.memory()
         return self.rings.memory() + self.lines.memory() + cells
 
     def decides(self):
@@ -110,9 +123,17 @@ class DirectReader:
 
         edges: number of edges listed for the scale, which tell the radius; 0: it is not worth that.
         radius_q8: as predicted, then no edges are needed; 0 without a prediction."""
+        verdict = self._examine(frame, scale, edges, x_q8, y_q8, radius_q8)
+        if self.is_weighed and verdict != verdicts.ACCEPTED:
+            return verdicts.NO_ORIENTATION  # as by the rules: a place without an ID must be sure
+        return verdict
+
+    @micropython.native
+    def _examine(self, frame, scale, edges, x_q8, y_q8, radius_q8):
         rings = self.rings
         lines = self.lines
         acceptance = self.acceptance
+        self.is_weighed = False
         coarse_lines = _LINES_COARSE
         fine_lines = _LINES
         if radius_q8:
@@ -139,7 +160,10 @@ class DirectReader:
         rivals = lines.find_orientation(frame, rings)
         self.is_turned = rivals != 1
         if self.is_turned and not self._turn_by_code(frame):
-            return verdicts.TWO_ORIENTATIONS if rivals else verdicts.NO_ORIENTATION
+            if not self._weigh_lines(frame):
+                return verdicts.TWO_ORIENTATIONS if rivals else verdicts.NO_ORIENTATION
+            self.is_turned = False
+            self.is_weighed = True
         lines.read_code(frame, rings)
         rings.skip_lines(lines)
         if not rings.refine(frame, fine_lines, 4, 48):
@@ -168,11 +192,14 @@ class DirectReader:
             margin = acceptance.margin
             verdict = acceptance.orientation(lines, rings)
             if verdict != verdicts.ACCEPTED:
-                if not self._turn_by_code(frame):
-                    return verdict
-                self.is_turned = True
                 acceptance.margin = margin
-                lines.read_code(frame, rings)
+                if not self.is_weighed and self._turn_by_code(frame):
+                    self.is_turned = True
+                    lines.read_code(frame, rings)
+                elif self._weigh_lines(frame):
+                    self.is_weighed = True
+                else:
+                    return verdict
         else:
             lines.refine_quarter(frame, rings)
         cells = self.cells
@@ -180,9 +207,31 @@ class DirectReader:
             return verdicts.POOR_RINGS
         lines.follow_code(frame, rings)
         verdict = acceptance.code(lines, rings, cells, self.is_turned)
+        if self.evidence and not (self.is_turned or uneven or covered):
+            verdict = self._weigh_bits(frame, verdict)
         if uneven and verdict == verdicts.ID_UNCERTAIN or covered and acceptance.marker_id < ID_COUNT:
             return verdicts.POOR_RINGS
         return verdict
+
+    def _weigh_lines(self, frame):
+        """Whether all evidence tells the orientation line."""
+        return self.evidence is not None and self.evidence.find_line(frame, self.rings, self.lines)
+
+    def _weigh_bits(self, frame, verdict):
+        """The verdict on all evidence together, after one by the rules.
+
+        It counts where these refuse a plain marker, where all evidence told its orientation line, and against
+        an ID where a rule is hardly kept."""
+        acceptance = self.acceptance
+        if verdict == verdicts.ACCEPTED:
+            if acceptance.marker_id >= ID_COUNT or acceptance.margin >= _SURE_MARGIN and not self.is_weighed:
+                return verdict
+        evidence = self.evidence
+        if not evidence.weigh_bits(frame, self.rings, self.lines):
+            return verdicts.NOT_EMPTY if self.is_weighed else verdict
+        if verdict == verdicts.ACCEPTED and not self.is_weighed:
+            return acceptance.deny() if evidence.denies(acceptance.marker_id) else verdict
+        return acceptance.weighed(evidence.told(), evidence.margin, self.lines, self.cells, verdict)
 
     def _turn_by_code(self, frame):
         """Finds the orientation by the code, where the line is hidden or has rivals; False in doubt."""
