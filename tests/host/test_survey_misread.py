@@ -3,16 +3,20 @@
 import math
 from collections import Counter
 
+import cv2
 import numpy as np
 import pytest
 
 from larics_host import cli
 from larics_host.mapping import misread
 from larics_host.mapping.contradicted import of_two_places, told
+from larics_host.mapping.draw import draw_map
 from larics_host.mapping.graph import Graph, Reading
 from larics_host.mapping.layout import Part
 from larics_host.mapping.links import Place
+from larics_host.mapping.mapfile import Map, Marker
 from larics_host.mapping.passages import Drive, Passage
+from larics_host.plots import COLOURS
 from tests.host.surveys import built_from
 from tools.simulated_drives import World, drive, write_log
 
@@ -125,5 +129,22 @@ def test_where_to_drive_by_once_more_is_told(tmp_path, capsys, seed, line):
     log = write_log(tmp_path / "drive.bin", one)
     first, second = one.hall[0], one.hall[5]
     taped = "%d,%d,%.1f" % (first[0], second[0], math.dist(first[1:3], second[1:3]))
-    assert cli.main(["map", "build", str(log), "-o", str(tmp_path / "m.json"), "--distance", taped]) == 0
+    picture = str(tmp_path / "m.png")
+    words = ["-o", str(tmp_path / "m.json"), "--distance", taped, "--png", picture]
+    assert cli.main(["map", "build", str(log), *words]) == 0
     assert line in capsys.readouterr().out
+    assert remarked(cv2.imread(picture)) > 10
+    assert cli.main(["map", "draw", str(tmp_path / "m.json"), "-o", picture]) == 0
+    assert not remarked(cv2.imread(picture))
+
+
+def remarked(picture):
+    """Pixels in the colour of remarks."""
+    colour = [int(COLOURS[1][k : k + 2], 16) for k in (5, 3, 1)]
+    return int(np.sum(np.abs(picture.astype(int) - colour).max(axis=2) < 30))
+
+
+def test_a_marker_that_was_moved_has_an_arrow():
+    hall = Map([Marker(3, 0.0, 0.0, 0.0), Marker(5, 3000.0, 0.0, 0.0)])
+    picture = draw_map(hall, moves=[((0.0, 400.0), (0.0, 0.0))])
+    assert remarked(cv2.imdecode(np.frombuffer(picture, np.uint8), cv2.IMREAD_COLOR)) > 10

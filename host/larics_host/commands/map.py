@@ -232,7 +232,8 @@ def _build(args):
         numbers = sorted(built.poses)
         ellipses = [(built.poses[number][:2], built.covariances[number][:2, :2]) for number in numbers]
         title = "built from %s" % ", ".join(args.logs)
-        files.write_file(args.png, draw_map(hall, built.lines, title, ellipses))
+        picture = draw_map(hall, built.lines, title, ellipses, _moved(built), _remarks(built))
+        files.write_file(args.png, picture)
     found = []
     for group in built.untied:
         # a few readings of an ID that nothing else supports are misread markers, not another one
@@ -288,15 +289,14 @@ def _marker(built, number, heights):
 def _tell_build(collected, built):
     weak = _weak(built) if built.is_scaled else []  # else far ones are less known, wherever one drives
     if weak:
-        told = ", ".join(_how_well(built, number) for number in weak)
+        told = ", ".join("%d (%s)" % (built.places[number].id, _how_well(built, number)) for number in weak)
         print("known less well than the others, drive by once more: marker %s" % told)
     for move in built.moves:
         text = "marker %d was moved by %.0f mm while it was logged: the map has its last place"
         print(text % (move.id, move.mm))
     for lacked in built.unknown:
-        ids = ", ".join("%d" % marker_id for marker_id in sorted(set(lacked.ids)))
         text = "the map lacks a marker near x %.0f y %.0f mm, read as marker %s: drive by it once more"
-        print(text % (lacked.x_mm, lacked.y_mm, ids))
+        print(text % (lacked.x_mm, lacked.y_mm, _read_as(lacked)))
     if built.passages:
         aside = ", ".join("%d" % marker_id for marker_id in sorted(built.aside))
         print(
@@ -323,9 +323,33 @@ def _weak(built):
     return sorted((number for number in sigmas if sigmas[number] > least), key=lambda number: -sigmas[number])
 
 
+def _moved(built):
+    """[((x, y) before, (x, y) now)] of the markers that were moved."""
+    now = {
+        move.former: [number for number in built.poses if built.places[number].id == move.id]
+        for move in built.moves
+    }
+    return [
+        (place, min((built.poses[number][:2] for number in now[former]), key=lambda at: math.dist(at, place)))
+        for former, place in built.before.items()
+        if now[former]
+    ]
+
+
+def _remarks(built):
+    """[((x, y), text)] of what the picture should say."""
+    weak = _weak(built) if built.is_scaled else []
+    said = [(built.poses[number][:2], _how_well(built, number)) for number in weak]
+    return said + [((one.x_mm, one.y_mm), "? read as %s" % _read_as(one)) for one in built.unknown]
+
+
+def _read_as(unknown):
+    return ", ".join("%d" % marker_id for marker_id in sorted(set(unknown.ids)))
+
+
 def _how_well(built, number):
     once = "passed once, " if built.passed[number] == 1 else ""
-    return "%d (%s+- %.0f mm)" % (built.places[number].id, once, built.sigmas(number).place_mm)
+    return once + "+- %.0f mm" % built.sigmas(number).place_mm
 
 
 def _names(built, group):

@@ -69,7 +69,7 @@ class Built:
 
     lines [((x, y), (x, y))] of what was seen together or one after the other; passages, and aside: Counter of
     the IDs of those that were misread or set aside; unknown: markers that the map lacks; passed {number: how
-    often}; moves; rms of the readings in mm; shares
+    often}; moves; before {number of a former place: (x mm, y mm)}; rms of the readings in mm; shares
     {log: of the odometry} and noise of the wheels; notes for the user; is_scaled: whether a length
     that is known by hand holds the map."""
 
@@ -84,6 +84,7 @@ class Built:
     unknown: list[Unknown] = field(default_factory=list)
     passed: Counter = field(default_factory=Counter)
     moves: list[Move] = field(default_factory=list)
+    before: dict[int, tuple[float, float]] = field(default_factory=dict)
     rms_mm: float = 0.0
     shares: dict = field(default_factory=dict)
     noise: float = 0.0
@@ -175,6 +176,7 @@ def _build(collected, request, progress):
         laid.places, {}, {}, untied, notes=notes, moves=moves, noise=graph.noise, shares=graph.shares
     )
     built.is_scaled = is_scaled
+    built.before = {number: graph.places[number][:2] for number in former if number in graph.places}
     for k, number in enumerate(numbers):
         x, y, heading = graph.places[number]
         built.poses[number] = (float(x), float(y), round(math.degrees(heading), 2) % 360)

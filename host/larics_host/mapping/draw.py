@@ -21,14 +21,21 @@ _ELLIPSE_MM = 900.0  # half the length of the largest one
 
 
 def draw_map(
-    hall: Map, links: Iterable[Any] = (), title: str = "", ellipses: Sequence[tuple[Any, np.ndarray]] = ()
+    hall: Map,
+    links: Iterable[Any] = (),
+    title: str = "",
+    ellipses: Sequence[tuple[Any, np.ndarray]] = (),
+    moves: Iterable[Any] = (),
+    remarks: Iterable[tuple[Any, str]] = (),
 ) -> bytes:
     """PNG of a mapfile.Map; links: [((x, y), (x, y))] to draw as thin lines; ellipses: [(place, covariance
-    (2, 2) in mm^2)] to draw with two standard deviations, so much larger than life as the title then says."""
+    (2, 2) in mm^2)] to draw with two standard deviations, so much larger than life as the title then says;
+    moves: [((x, y) before, (x, y) now)]; remarks: [((x, y), text)] to write below what is there."""
     from matplotlib.patches import Circle
 
-    xs = [marker.x_mm for marker in hall.markers]
-    ys = [marker.y_mm for marker in hall.markers]
+    remarks = list(remarks)
+    xs = [marker.x_mm for marker in hall.markers] + [place[0] for place, _ in remarks]
+    ys = [marker.y_mm for marker in hall.markers] + [place[1] for place, _ in remarks]
     beside = _ELLIPSE_MM + 100 if ellipses else 600
     width, height = max(xs) - min(xs) + 2 * beside, max(ys) - min(ys) + 2 * beside
     scale = 9 / max(width, height)
@@ -56,6 +63,15 @@ def draw_map(
             textcoords="offset points", ha="center", va="center", fontsize=7 if small else 9,
             weight="bold", zorder=4,
         )  # fmt: skip
+    for before, now in moves:
+        axes.plot(*before, "x", color=COLOURS[1], zorder=5)
+        _arrow(axes, before, now)
+    for place, text in remarks:
+        axes.annotate(
+            text, place, xytext=(0, -72 * _USUAL_MM * 2 * scale - 5), textcoords="offset points", ha="center",
+            va="top", fontsize=7, color=COLOURS[1], zorder=6,
+            bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1},
+        )  # fmt: skip
     axes.set_xlim(min(xs) - beside, max(xs) + beside)
     axes.set_ylim(min(ys) - beside, max(ys) + beside)
     axes.set_aspect("equal")
@@ -68,6 +84,7 @@ def draw_map(
 
 def _draw_ellipses(axes, ellipses):
     """Draws them; returns how much larger than life."""
+    from matplotlib.colors import to_rgb
     from matplotlib.patches import Ellipse
 
     largest = 2 * max(math.sqrt(float(np.linalg.eigvalsh(covariance)[-1])) for _, covariance in ellipses)
@@ -77,7 +94,15 @@ def _draw_ellipses(axes, ellipses):
         width, height = 4 * times * np.sqrt(np.maximum(values, 0.0))
         angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
         axes.add_patch(
-            Ellipse(place, width, height, angle=angle, facecolor=COLOURS[0], alpha=0.25, zorder=1.5)
+            Ellipse(
+                place,
+                width,
+                height,
+                angle=angle,
+                facecolor=(*to_rgb(COLOURS[0]), 0.25),
+                edgecolor=COLOURS[0],
+                zorder=1.5,
+            )
         )
     return times
 
@@ -91,10 +116,10 @@ def _draw_route(axes, hall):
     entries = resolve_entries(hall.route, MarkerMap(hall.rows()))
     for a, b in zip(entries[:-1], entries[1:], strict=True):
         begin, end = hall.markers[a], hall.markers[b]
-        axes.annotate(
-            "",
-            (end.x_mm, end.y_mm),
-            (begin.x_mm, begin.y_mm),
-            arrowprops={"arrowstyle": "->", "color": COLOURS[1], "shrinkA": 12, "shrinkB": 12},
-            zorder=5,
-        )
+        _arrow(axes, (begin.x_mm, begin.y_mm), (end.x_mm, end.y_mm), 12)
+
+
+def _arrow(axes, begin, end, free_pt=0):
+    """From a place to another one, so far from both."""
+    style = {"arrowstyle": "->", "color": COLOURS[1], "shrinkA": free_pt, "shrinkB": free_pt}
+    axes.annotate("", end, begin, arrowprops=style, zorder=5)
