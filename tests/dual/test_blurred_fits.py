@@ -224,8 +224,8 @@ def budgeted(budget, clear=True, several=False):
 
 def test_a_budget_leaves_fits_and_candidates_to_the_next_frame():
     for budget, clear, asked, count in (
-        (4100, True, 2, 4),
-        (4099, True, 1, 3),  # 1800 are more than 4099 less the 2300 of another one
+        (4550, True, 2, 4),
+        (4549, True, 1, 3),  # 1800 are more than 4549 less the 450 and 2300 of another one
         (3500, True, 1, 3),
         (3499, True, 1, 2),  # no third fit
         (1900, True, 1, 2),
@@ -240,8 +240,8 @@ def test_a_budget_leaves_fits_and_candidates_to_the_next_frame():
     for budget, count in ((2350, 3), (2349, 2), (1750, 2), (1749, 1)):
         assert budgeted(budget, False, True)[1] == count, budget
     for several, budget, views in (
-        (False, 2500, False),
-        (False, 2499, True),
+        (False, 4100, False),
+        (False, 4099, True),
         (True, 2800, False),
         (True, 2799, True),
     ):
@@ -331,7 +331,7 @@ class Moving(FirstLook):
 
 
 def test_the_light_on_moving_rings_is_measured_again_within_the_budget():
-    for several, budget, lights in ((True, -100, 2), (True, -101, 1), (False, -101, 2)):
+    for several, budget, lights in ((True, -100, 2), (True, -101, 1), (False, 600, 2), (False, 599, 1)):
         reader = blur_model_reader()
         reader.candidates.several = several
         reader.candidates.remember(0, 0, 5000, 9000, verdicts.NO_FIT, 0, True)

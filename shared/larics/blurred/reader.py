@@ -43,9 +43,10 @@ _NEXT_EFFORT = const(2300)  # thousands of instructions: a fit and the search fo
 _SECOND_FIT_EFFORT = const(1000)  # so much more the second fit of a candidate may take than others,
 _FAINT_FIT_EFFORT = const(1900)  # each but the first in a faint frame,
 _FAINT_FIT_EFFORT_SEVERAL = const(1150)  # less where the radius is not known,
-_VIEW_EFFORT = const(1000)  # another view of its rings,
+_VIEW_EFFORT = const(0)  # another view of its rings,
 _VIEW_EFFORT_SEVERAL = const(700)
-_AGAIN_EFFORT = const(2900)  # and another measure of the light for rings in motion, if not known,
+_AGAIN_EFFORT = const(2200)  # and another measure of the light for rings in motion,
+_AGAIN_EFFORT_SEVERAL = const(2900)
 _LINE_EFFORT = const(500)  # that one alone,
 _LOOK_EFFORT = const(450)  # a look
 _GOOD_OF_MOTION = const(13)  # where motion led a fit astray, fewer sectors look like rings;
@@ -147,7 +148,7 @@ class BlurModelReader:
                 break
             over = rings.effort - self._effort_most
             views = over > (_VIEW_EFFORT_SEVERAL if candidates.several else _VIEW_EFFORT)
-            if over > 0 and candidates.postpone_others(slot, verdict, views):
+            if over > 0 - _LOOK_EFFORT and candidates.postpone_others(slot, verdict, views):
                 candidates.note(slot, radius_q8, REJECTED)
                 self._postponed = True
             candidates.dismiss_ghosts(slot)
@@ -182,7 +183,8 @@ class BlurModelReader:
             verdict = self._examine_lines(frame)
             if verdict == verdicts.ACCEPTED or verdict == verdicts.NO_FIT:
                 return verdict
-            if self.candidates.several and rings.effort - self._effort_most > _AGAIN_EFFORT:
+            most = _AGAIN_EFFORT_SEVERAL if self.candidates.several else _AGAIN_EFFORT
+            if rings.effort - self._effort_most > most:
                 self._is_cut = True
                 return verdict
             rings.measure_light(1)
