@@ -34,19 +34,49 @@ def certain_word(
     shift = int(lines[3])
     word = 0
     telling = 0
+    blank = 0
+    # and what the eight that tell the least would cost, in order after an item less than any
+    least[0] = 0
+    count = 0
+    last = 1 << 29
     bit = 1
-    i = 0
-    while i < 24:
-        j = i + shift
-        if j >= 24:
-            j -= 24
-        value = int(weights[j])
-        if value != _BIAS:
+    cell = 0
+    while cell < 24:
+        i = cell + shift
+        if i >= 24:
+            i -= 24
+        i = int(weights[i])
+        if i == _BIAS:
+            blank += 1
+        else:
             telling = telling | bit
-            if value > _BIAS:
+            if i > _BIAS:
                 word = word | bit
+            else:
+                i = _BIAS + _BIAS - i
+        if i < last:
+            # the largest of eight falls out
+            j = 7
+            if count < 8:
+                j = count
+                count += 1
+            other = int(least[j])
+            while other > i:
+                least[j + 1] = other
+                j -= 1
+                other = int(least[j])
+            least[j + 1] = i
+            if count == 8:
+                last = int(least[8])
         bit += bit
+        cell += 1
+    second = 0 - (_BIAS << 3)
+    i = 1
+    while i < 9:
+        second += int(least[i])
         i += 1
+    if second < _ENOUGH or (second < _CERTAIN and blank):
+        return 0
     marker_id = 0
     hard = word
     bit = 1
@@ -91,47 +121,25 @@ def certain_word(
             if value > 0:
                 return 0
             i += 1
-    # what the eight that tell the least would cost, the one that is contradicted taken off
-    least[0] = 0
-    count = 0
-    last = 1 << 29
+    # the one that is contradicted taken off
     cost = 0
-    blank = 0
     contradicted = 0
-    i = 0
-    while i < 24:
-        j = i + shift
-        if j >= 24:
-            j -= 24
-        value = int(weights[j])
-        if value < _BIAS:
-            value = _BIAS + _BIAS - value
-        if value == _BIAS:
-            blank += 1
-        elif (word >> i) & 1:
-            contradicted = 1
-            cost = value - _BIAS
-            value = _BIAS - cost
-        if value < last:
-            # the largest of eight falls out
-            j = 7
-            if count < 8:
-                j = count
-                count += 1
-            other = int(least[j])
-            while other > value:
-                least[j + 1] = other
-                j -= 1
-                other = int(least[j])
-            least[j + 1] = value
-            if count == 8:
-                last = int(least[8])
-        i += 1
-    second = 0
-    i = 1
-    while i < 9:
-        second += int(least[i]) - _BIAS
-        i += 1
+    word = word & telling
+    if word:
+        contradicted = 1
+        i = shift
+        while word > 1:
+            word = word >> 1
+            i += 1
+        if i >= 24:
+            i -= 24
+        cost = int(weights[i]) - _BIAS
+        if cost < 0:
+            cost = 0 - cost
+        last = last - _BIAS
+        if cost < last:
+            last = cost
+        second -= cost + last
     if second < _ENOUGH or (second < _CERTAIN and cost + blank):
         return 0
     result[_WORD_ID] = marker_id
@@ -193,23 +201,39 @@ def likeliest_words(
     j = shift
     slot = 50
     while slot < 146:
-        rows[slot] = 0
-        size = 1
-        while size < 16:
+        i = slot
+        size = slot + 16
+        while slot < size:  # of one cell each, for the time being
             value = int(weights[j]) - _BIAS
             if value < 0:
                 value = 0 - value
+            rows[slot] = value
+            slot += 4
             j += 1
             if j >= 24:
                 j -= 24
-            i = slot
-            slot += size
-            while i < slot:
-                rows[i + size] = int(rows[i]) + value
-                i += 1
-            slot -= size
-            size += size
-        slot += 16
+        one = int(rows[i])
+        value = int(rows[i + 4])
+        cell = int(rows[i + 8])
+        rows[i] = 0
+        rows[i + 1] = one
+        rows[i + 2] = value
+        rows[i + 3] = one + value
+        rows[i + 4] = cell
+        rows[i + 5] = cell + one
+        rows[i + 6] = cell + value
+        rows[i + 7] = cell + one + value
+        one += int(rows[i + 12])
+        i += 8
+        rows[i] = int(rows[i + 4])
+        rows[i + 1] = one
+        rows[i + 2] = int(rows[i]) + value
+        rows[i + 3] = one + value
+        value += cell
+        rows[i + 4] = int(rows[i]) + cell
+        rows[i + 5] = one + cell
+        rows[i + 6] = int(rows[i]) + value
+        rows[i + 7] = one + value
     # and those of the coding lines: items 172 .. 179
     rows[172] = 0
     cell = 0
