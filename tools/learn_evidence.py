@@ -105,7 +105,8 @@ class Bench:
         true = turn16(truth.heading_deg)
         repeats = REFUSED if lines.find_orientation(frame, rings) != 1 else 1
         for index in range(lines.list_directions(frame, rings, DIRECTIONS)):
-            if lines.measure_direction(frame, rings, index):
+            lines.measure_direction(frame, rings, index)
+            if lines.measure_around(frame, rings):
                 evidence.weigh_line(lines, rings)
                 answer = off_cdeg(lines.angle_turn16, true) < NEAR_CDEG
                 directions += repeats * [(list(evidence.items[:LINE_ITEMS]), answer)]

@@ -177,7 +177,10 @@ class Weighed(Evidence):
 
     def measure_direction(self, frame, rings, index):
         self.measured.append(index)
-        return index < 9
+        return 95 if self.of_lines[index] == 5000 else 96
+
+    def measure_around(self, frame, rings):
+        return self.measured[-1] < 9
 
 
 def test_one_direction_must_surely_be_the_lines_and_no_other():
@@ -189,6 +192,7 @@ def test_one_direction_must_surely_be_the_lines_and_no_other():
         ((1, 900), None),
         ((900, 1), None),
         ((900, 0, 0, 2000), None),
+        ((900, 5000), 0),  # too pale to be looked at
         ((), None),
     ):
         evidence = Weighed(weights)

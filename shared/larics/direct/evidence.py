@@ -36,6 +36,7 @@ _LEAST = const(-(1 << 20))
 # how surely, 256 = a factor of e:
 _SECOND_MOST = const(0)  # a second direction may be the orientation line's, at most,
 _LINE_LEAST = const(768)  # the first one is,
+_AREA_LEAST = const(96)  # how dark a direction is that is looked at more closely, 256 = as the rings
 _BIT_LEAST = const(900)  # and each bit is what it is taken for, at least
 _BELIEVED_LEAST = const(400)  # what a bit that the rules tell must have, where they are hardly kept
 _HALF_FADED = const(15)  # depth of the shallower half of a 0, beyond what halves stray where no bit is
@@ -126,9 +127,11 @@ class Evidence:
         best = second = _LEAST
         best_index = 0
         for index in range(lines.list_directions(frame, rings, DIRECTIONS)):
-            if not lines.measure_direction(frame, rings, index):
-                return False
-            weight = self.weigh_line(lines, rings)
+            weight = _LEAST
+            if lines.measure_direction(frame, rings, index) >= _AREA_LEAST:
+                if not lines.measure_around(frame, rings):
+                    return False
+                weight = self.weigh_line(lines, rings)
             if weight > best:
                 second = best
                 best = weight
@@ -138,7 +141,7 @@ class Evidence:
         if best < _LINE_LEAST or second > _SECOND_MOST:
             return False
         lines.measure_direction(frame, rings, best_index)
-        return True
+        return lines.measure_around(frame, rings)
 
     @micropython.native
     def weigh_bits(self, frame, rings, lines):

@@ -179,10 +179,13 @@ class LineReader:
 
     @micropython.native
     def measure_direction(self, frame, rings, index):
-        """Measures all lines as if one of `list_directions` were the orientation line's.
-
-        False where they reach beyond the frame."""
+        """Measures one of `list_directions` as if it were the orientation line's; returns its area."""
         self._measure(frame, rings, self._pick_turn16(index), 2)
+        return self.line[_CROSSING_AREA]
+
+    @micropython.native
+    def measure_around(self, frame, rings):
+        """Measures what belongs to the line measured last; False where that reaches beyond the frame."""
         self._measure_ends(frame, rings)
         self.read_code(frame, rings)
         return self.code_inside
