@@ -11,7 +11,7 @@ import gc
 _TWO_DETECTORS = 1 << 20  # bytes in which two fit beside the program
 _ROOM = 64 << 10  # edges and cells of votes with the usual settings; what is shorter fits between the rest
 _COLLECTED = 480 << 10  # bytes of a heap that would be full of what loading leaves,
-_SELDOM = 4  # collections while loading: sixteen in as much memory as there is
+_SELDOM = 5  # collections while loading: 32 in as much memory as there is
 
 
 def _is_small():

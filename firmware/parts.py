@@ -16,6 +16,7 @@ from larics.wire import messages as m
 
 _WITH_SECOND_OPINION = 176 << 10  # free bytes on a small heap without which its code is not even loaded:
 # once loaded, MicroPython never frees native code
+_WITH_MAP = 30 << 10  # more, where the pose in a map takes as much: it comes before the second opinion
 _RESERVE = 16384  # what a detector leaves to the rest of the program there: commands, settings, a map
 _LEAST_RADII_PX = (0, 15, 22)  # where even less fits: rings that small need finer grids
 
@@ -155,7 +156,8 @@ class Parts:
 
             if self._settings.second_opinion:
                 if heap.small and "larics.blurred.reader" not in sys.modules:
-                    if heap.free_bytes() < _WITH_SECOND_OPINION:
+                    with_map = _WITH_MAP if self._settings.map else 0
+                    if heap.free_bytes() < _WITH_SECOND_OPINION + with_map:
                         raise MemoryError
                 import larics.blurred.reader  # noqa: F401
 

@@ -256,6 +256,7 @@ def measure(firmware, small, in_place, commands=(), limit_s=300):
             for text, data in zip(commands, given, strict=True):
                 end += len(data)
                 call("b.uart.end = %d\nb.report(%r, %d)" % (end, text, STEPS))
+            call("b.app = None\nb.gc.collect()")  # what follows needs room
             call("import binascii\nprint('~')")
             sent = call("for i in range(0, b.uart.n, 256): print(binascii.hexlify(b.uart.out[i:i + 256]))")
             count = int(call("print(b.uart.n)"))

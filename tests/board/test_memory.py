@@ -8,6 +8,7 @@ from board_parts import Clock, Uart, make_app, marker
 
 import actions
 import heap
+import parts
 from larics.arith import fixed
 from larics.device.raw_frame import RawSender
 from larics.settings import field
@@ -120,6 +121,23 @@ def test_without_memory_for_the_detector_before_it_goes_on_without_second_opinio
     heap.small = False
     assert program.set("margin_min", 20) == (m.ACK, 0)  # there is memory again: the fault is over
     assert not app.faults.active and app.settings.margin_min == 20
+
+
+def test_the_pose_in_a_map_comes_before_the_second_opinion():
+    made = Program().app.parts
+    free, reader = heap.free_bytes, sys.modules.pop("larics.blurred.reader")
+    heap.small = True
+    try:
+        made._settings.map = [[3, 0, 0, 0, 0, 0, 0, 0]]
+        for room, is_loaded in ((parts._WITH_MAP - 1, False), (parts._WITH_MAP, True)):
+            heap.free_bytes = lambda more=room: parts._WITH_SECOND_OPINION + more
+            try:
+                made._load_code()
+                assert is_loaded
+            except MemoryError:
+                assert not is_loaded
+    finally:
+        heap.small, heap.free_bytes, sys.modules["larics.blurred.reader"] = False, free, reader
 
 
 def test_without_memory_for_fine_grids_it_goes_on_without_small_rings():

@@ -272,6 +272,12 @@ def test_what_must_differ_in_a_module_or_a_class_still_does():
     assert checked > 1000
     for name in ("radius_min_px", "threshold", "mem_free", "ticks_us", "main", "exposure", "detect"):
         assert name not in renamed, "a setting, MicroPython, a camera or a module knows it"
+    texts = {
+        "larics.wire.messages": 'MESSAGES = (("POSE", "turn_cdeg"),)\n',
+        "other": 'class A:\n    turn_cdeg = lean_cdeg = 1\n\nLOOKED_FOR = "lean_cdeg"\n',
+    }
+    renamed = short_names.chosen(texts, ("turn_cdeg", "lean_cdeg"))
+    assert "turn_cdeg" in renamed and "lean_cdeg" not in renamed, "people are told what is on the wire"
 
 
 def test_modules_with_short_names_are_found_however_they_are_imported(tmp_path):
