@@ -179,6 +179,18 @@ def test_logs_of_two_halls_that_were_joined_are_two_drives(tmp_path, capsys):
     assert "problem: not tied to the rest: marker" in capsys.readouterr().out
 
 
+def test_a_way_that_is_told_a_little_shorter_is_no_other_drive(tmp_path):
+    """Each frame has the way at its own time, interpolated or foretold: it may step back a little."""
+    one = drive(World(markers=6, length_m=25.0, moved=False, wrong=0.0), 3)
+    one.frames = [
+        (number, pose, way + 50 * (number % 10 == 0), turn + 0.5 * (number % 10 == 0), seen)
+        for number, pose, way, turn, seen in one.frames
+    ]
+    out = str(tmp_path / "hall.json")
+    assert cli.main(["map", "build", str(write_log(tmp_path / "drive.bin", one)), "-o", out]) == 0
+    assert len(read_map(out).markers) == 6
+
+
 @pytest.mark.parametrize(
     "sigmas_mm, is_scaled, said",
     [

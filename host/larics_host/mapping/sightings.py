@@ -98,12 +98,8 @@ def _stretches(motions, frames):
     jump = np.hypot(np.diff(x), np.diff(y)) > _SLACK_SHARE * counted[0] / 10 + _SLACK_MM
     jump |= np.degrees(np.abs(np.diff(heading))) > _SLACK_SHARE * counted[1] / 100 + _SLACK_DEG
     jump |= np.diff(motions["epoch"]) != 0
-    for name in (
-        "frame",
-        "way_mm10",
-        "turn_cdeg",
-    ):  # a camera that began anew, or another log behind this one
-        jump |= (np.diff(motions[name]) & m.COUNT_MAX) > m.COUNT_MAX // 2
+    # a camera that began anew, or another log behind this one
+    jump |= (np.diff(motions["frame"]) & m.COUNT_MAX) > m.COUNT_MAX // 2
     cuts = [0, *(np.flatnonzero(jump) + 1), len(motions)]
     return [
         Stretch(frames[a:b], x[a:b], y[a:b], heading[a:b])
