@@ -335,6 +335,9 @@ def test_when_the_evidence_is_asked():
     assert reader_verdict(accepted) == (verdicts.ID_UNCERTAIN, -1, 1)
     assert reader_verdict(accepted, margin=128) == (accepted, 5, 0)  # the rules are kept by far
     assert reader_verdict(accepted, 8, 20) == (accepted, 8, 0)  # the cells told it
+    # a coded marker whose line the rules refuse
+    assert reader_verdict(accepted, 8, 64, is_weighed=True) == (accepted, 8, 0)
+    assert reader_verdict(accepted, 8, 63, is_weighed=True)[0] == verdicts.NOT_EMPTY
     assert reader_verdict(accepted, measured=False) == (accepted, 5, 1)
     assert reader_verdict(verdicts.NOT_EMPTY, -1) == (accepted, 6, 1)
     assert reader_verdict(verdicts.ID_UNCERTAIN, -1) == (accepted, 6, 1)

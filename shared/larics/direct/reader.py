@@ -43,6 +43,7 @@ _WHITE = const(40)  # log units: a place that differs less from the white plate
 _BESIDE_LEAST_Q8 = const(179)  # of the rings' area: a sector with less is hidden, in part
 _CENTRE_MOVED_Q10 = const(40)  # by the robust fit: the orientation line is measured twice
 _SURE_MARGIN = const(128)  # an ID with less is held against all evidence
+_CODED_MARGIN = const(64)  # cells need that where all evidence told the orientation line
 _BENT = const(43)  # 1/1024: by so much of the radius on average
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
@@ -224,7 +225,11 @@ class DirectReader:
         an ID where a rule is hardly kept."""
         acceptance = self.acceptance
         if verdict == verdicts.ACCEPTED:
-            if acceptance.marker_id >= ID_COUNT or acceptance.margin >= _SURE_MARGIN and not self.is_weighed:
+            if acceptance.marker_id >= ID_COUNT:
+                if self.is_weighed and acceptance.margin < _CODED_MARGIN:
+                    return verdicts.NOT_EMPTY
+                return verdict
+            if acceptance.margin >= _SURE_MARGIN and not self.is_weighed:
                 return verdict
         evidence = self.evidence
         if not evidence.weigh_bits(frame, self.rings, self.lines):
