@@ -99,6 +99,19 @@ def test_another_id_at_a_place_does_not_vouch_for_its_own():
     assert not of_two_places(graph)
 
 
+def test_a_place_that_was_read_as_often_as_another_id_is_told():
+    graph = graph_of((0.0, 0.0, 0.0), (4000.0, 0.0, 0.0), count=6)
+    pose = (0.0, 0.0, 0.0)
+    ids = (5, 7, 5, 7, 5, 5)
+    graph.readings = [
+        Reading(k, k // 2 % 2, pose, is_misread=marker_id == 7) for k, marker_id in enumerate(ids)
+    ]
+    passages = [(k, marker_id, None) for k, marker_id in enumerate(ids)]
+    assert misread.rival_ids(graph, passages) == {1: 7}
+    graph.readings[3].used = False
+    assert not misread.rival_ids(graph, passages)
+
+
 def test_markers_that_a_map_lacks():
     graph = graph_of((1000.0, 0.0, 0.0), count=4)
     graph.readings = [Reading(0, 0, (0.0, 0.0, 0.0))]

@@ -23,7 +23,7 @@ from larics_host.mapping.graph import Graph, Link, Reading
 from larics_host.mapping.layout import Group, Layout, Part, layout
 from larics_host.mapping.links import Place
 from larics_host.mapping.lost import refuse_lost
-from larics_host.mapping.misread import Unknown, recognize, unknown
+from larics_host.mapping.misread import Unknown, recognize, rival_ids, unknown
 from larics_host.mapping.moves import Move, find_moves
 from larics_host.mapping.poses import Pose, after, inverse, rigid_fit, wrapped
 from larics_host.mapping.settle import settle
@@ -100,6 +100,7 @@ _CONTRADICTED = (
     "what is given is so far from what the logs tell that no map can be made of both: are distances and "
     "places in millimetres, and of these IDs?"
 )
+_RIVAL = "marker %d at x %.0f y %.0f mm was read as marker %d, too, as often: drive by it once more"
 _UNDETERMINED = "these logs do not determine one map: drive by the markers once more"
 
 
@@ -156,6 +157,10 @@ def _build(collected, request, progress):
     notes += [wrong] if wrong else []
     doubts = contradicted.of_two_places(graph)
     notes += contradicted.told(doubts, graph, laid.places)
+    if collected.repeats:
+        for number, marker_id in rival_ids(graph, passages).items():
+            ids = laid.places[number].id, *graph.places[number][:2], marker_id
+            notes.append(_RIVAL % ids)
     progress(0.95)
     former = {move.former for move in moves}
     numbers = [number for number in graph.places if number not in former]

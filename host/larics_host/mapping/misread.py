@@ -8,6 +8,7 @@ beside one, where nothing else hangs, may be that one after it was moved: it is 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import NamedTuple
 
 from larics_host.mapping.graph import Graph, Reading
@@ -66,6 +67,21 @@ def unknown(graph: Graph, passages: list[tuple[int, int, Part]]) -> list[Unknown
             else:
                 found.append(Unknown((marker_id,), *here))
     return found
+
+
+def rival_ids(graph: Graph, passages: list[tuple[int, int, Part]]) -> dict[int, int]:
+    """{place: another ID that was read there at least as often as its own}: where IDs stand at several
+    places, nothing else tells which of them was misread."""
+    read = {number: marker_id for number, marker_id, _ in passages}
+    own: Counter[int] = Counter()
+    others: dict[int, Counter[int]] = {}
+    for one in graph.readings:
+        if one.used and one.is_misread:
+            others.setdefault(one.place, Counter())[read[one.passage]] += 1
+        elif one.used:
+            own[one.place] += 1
+    most = {place: ids.most_common(1)[0] for place, ids in others.items()}
+    return {place: marker_id for place, (marker_id, count) in most.items() if count >= own[place]}
 
 
 def _poses(passages):
