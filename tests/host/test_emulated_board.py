@@ -38,13 +38,16 @@ def test_a_dual_module_passes_on_it(firmware):
     assert done.returncode == 0 and " passed" in done.stdout, done.stdout + done.stderr
 
 
-def test_the_whole_firmware_runs_and_answers(firmware):
-    commands = ("margin_min=30", "SAVE", "RAW")
-    rows, messages = board_memory.measure(firmware, True, True, commands)
+@pytest.mark.parametrize(
+    "in_place, commands, least_free",
+    ((True, ("margin_min=30", "SAVE", "RAW"), 44 << 10), (False, ("SAVE", "RAW"), 8 << 10)),
+)
+def test_the_whole_firmware_runs_and_answers(firmware, in_place, commands, least_free):
+    rows, messages = board_memory.measure(firmware, True, in_place, commands)
     assert [row[0] for row in rows] == ["ready", "frames", *commands]
-    assert [row[4] for row in rows[:-1]] == [0, 50, board_memory.STEPS, board_memory.STEPS]
+    assert [row[4] for row in rows[:-1]] == [0, 50] + [board_memory.STEPS] * (len(commands) - 1)
     assert all(whole for *_, whole, _ in rows), "some of the detector was left out"
-    assert all(free > 44 << 10 for _, _, free, *_ in rows)
+    assert all(free > least_free for _, _, free, *_ in rows)
     kinds = [message.name for message in messages]
     assert kinds.count("ACK") == len(commands) and "NACK" not in kinds and "RAW_CHUNK" in kinds
     read = {message.fields.id for message in messages if message.name == "MARKER" and message.fields.count}
