@@ -143,7 +143,6 @@ def _build(collected, request, progress):
     moves = find_moves(
         graph, laid.places, lambda trial: settle(trial, main, lambda _: None, 0.7, is_last=True)
     )
-    recognize(graph, passages)
     settle(graph, main, progress, 0.7, is_last=True)
     doubtful = replace(graph, noises=graph.expected)  # a leg on which a wheel may have slipped is less known
     marginals = doubtful.marginals()
