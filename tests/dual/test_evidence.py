@@ -404,3 +404,37 @@ def test_a_line_beyond_whose_end_a_stain_lies_and_one_with_a_rival():
         assert markers == [(6, 0)], columns
         reader.evidence.find_line = lambda frame, rings, lines: False
         assert reader_is_silent(reader, frame), columns
+
+
+class Counted:
+    """Stands for evidence that finds what it is told to find."""
+
+    def __init__(self, finds):
+        self.finds, self.calls = finds, 0
+
+    def find_line(self, frame, rings, lines):
+        self.calls += 1
+        return self.finds
+
+
+def test_one_place_of_a_frame_is_weighed_in_vain():
+    reader = DirectReader(WIDTH, HEIGHT, LARICS3, 175, 7680, IDS, 16, None)
+    reader.evidence = Counted(False)
+    reader._examine = lambda *place: verdicts.NOT_EMPTY
+    assert [reader._weigh_lines(None) for _ in range(3)] == [False] * 3 and reader.evidence.calls == 1
+    reader.begin()
+    reader.evidence.finds = True
+    assert [reader._weigh_lines(None) for _ in range(3)] == [True] * 3  # markers are all weighed
+    reader.is_weighed = True
+    assert reader.examine(None, None, 1, 0, 0, 0) == verdicts.NO_ORIENTATION
+    assert not reader._weigh_lines(None) and reader.evidence.calls == 4  # but what is none in the end
+    reader.begin()
+    assert reader._weigh_lines(None)
+
+
+def test_each_frame_is_weighed_anew():
+    frame = draw(WIDTH, HEIGHT, 6, 1085, 1022, 430, 0)
+    paint(frame, 113, 64, 2, lambda grey: 70)
+    finder = Detector(WIDTH, HEIGHT, 24, 30, family=LARICS3)
+    finder.direct._in_vain = 1
+    assert [marker.marker_id for marker in finder.detect(frame)] == [6]

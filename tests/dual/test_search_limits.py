@@ -173,7 +173,7 @@ def test_edges_lie_on_the_grid_within_the_rectangle():
 def voting(radius_max_q8):
     """Votes on a frame of 136 x 64 px."""
     grid = CellGrid(136, 64, 4, radius_max_q8)
-    return CentreVotes(grid, 2000, radius_max_q8, 683, 60, 4, VoteBuffers([grid]))
+    return CentreVotes(grid, 2000, radius_max_q8, 683, 60, 4, VoteBuffers([grid], 0))
 
 
 def centres(votes, seen):
@@ -299,7 +299,7 @@ def test_votes_meet_in_the_middle_of_both_rings():
     edges.measure_threshold(frame)
     count = edges.find(frame, 0, 96, 0, 88)
     grid = CellGrid(96, 88, 4, 26 << 8)
-    buffers = VoteBuffers([grid])
+    buffers = VoteBuffers([grid], 0)
     votes = CentreVotes(grid, 18 << 8, 26 << 8, 683, 325, 4, buffers)
     found = votes.find(edges.edges, 0, count, 1, 0, 96, 0, 88)
     best = list(buffers.centres[:3])

@@ -214,7 +214,7 @@ class Detector:
         self._count = 0
         self._kept.margin = 0
         self.statistics.clear()
-        self.direct.rings.crossings = 0
+        self.direct.begin()
         if self.blur_reader is not None:
             self.blur_reader.candidates.forget()
             self._blurred_search.begin()

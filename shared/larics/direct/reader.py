@@ -44,6 +44,9 @@ _BESIDE_LEAST_Q8 = const(179)  # of the rings' area: a sector with less is hidde
 _CENTRE_MOVED_Q10 = const(40)  # by the robust fit: the orientation line is measured twice
 _SURE_MARGIN = const(128)  # an ID with less is held against all evidence
 _CODED_MARGIN = const(64)  # cells need that where all evidence told the orientation line
+_WEIGHED_MOST = const(
+    1
+)  # places of a frame whose directions are weighed and that are no marker: 500,000 each
 _BENT = const(43)  # 1/1024: by so much of the radius on average
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
@@ -77,10 +80,16 @@ class DirectReader:
             self.evidence = Evidence(family, self.lines)
         self.acceptance = Acceptance(allowed, margin_min)
         self.is_turned = self.is_weighed = False
+        self._in_vain = 0  # places weighed in this frame that are no marker
         self._seen = array("i", bytes(16))
         self.cells = None
         if family.coded:
             self.cells = CellReader(width, height, allowed, self.rings.distances, mirrored)
+
+    def begin(self):
+        """Begins a frame."""
+        self.rings.crossings = 0
+        self._in_vain = 0
 
     def memory(self):
         """Bytes of the buffers."""
@@ -126,6 +135,7 @@ class DirectReader:
         radius_q8: as predicted, then no edges are needed; 0 without a prediction."""
         verdict = self._examine(frame, scale, edges, x_q8, y_q8, radius_q8)
         if self.is_weighed and verdict != verdicts.ACCEPTED:
+            self._in_vain += 1
             return verdicts.NO_ORIENTATION  # as by the rules: a place without an ID must be sure
         return verdict
 
@@ -216,7 +226,12 @@ class DirectReader:
 
     def _weigh_lines(self, frame):
         """Whether all evidence tells the orientation line."""
-        return self.evidence is not None and self.evidence.find_line(frame, self.rings, self.lines)
+        if self.evidence is None or self._in_vain >= _WEIGHED_MOST:
+            return False
+        if self.evidence.find_line(frame, self.rings, self.lines):
+            return True
+        self._in_vain += 1
+        return False
 
     def _weigh_bits(self, frame, verdict):
         """The verdict on all evidence together, after one by the rules.
