@@ -95,6 +95,17 @@ def test_what_nothing_covers_and_yet_tells_nothing_is_counted():
         assert cells._weigh() and cells._weights[27] == count + 1, lighter
 
 
+def test_cells_that_tell_nothing_or_little_are_counted():
+    for step in range(0, 129, 4):
+        cells = reader()
+        show(cells, 3)
+        cells.depths[4] = BIAS + step
+        cells.depths[9] = 0  # beyond the frame
+        assert cells._weigh()
+        little = abs(cells._weights[4] - BIAS) < 48
+        assert cells._weights[28] == 1 + little, step
+
+
 def test_cells_are_believed_less_the_more_light_is_on_them():
     dark = golay.cells(ID)
     white_cell = [cell for cell in range(24) if not dark >> cell & 1][0]

@@ -73,7 +73,10 @@ def test_by_how_much_a_word_must_cost_less_than_the_second():
         (5, ID, 1, 78),
     ):
         for short, believed in ((0, 1 + told), (1, 0)):
-            weights, result = array("i", bytes(4 * 28)), array("i", (told, 0, gap - short, 0, 0))
+            weights, result = (
+                array("i", bytes(4 * cell_words.WEIGHTS)),
+                array("i", (told, 0, gap - short, 0, 0)),
+            )
             weights[25] = 0 if told == 0 else 500
             found = cell_words.believed_word(lines_id, 0, turned, weights, result)
             assert found & 4095 == believed, (lines_id, told, turned, gap - short)
@@ -89,10 +92,27 @@ def test_the_more_cells_tell_nothing_the_more_a_second_word_must_cost():
         (0, 9, 110, True),  # without lines it must anyway
         (16 + 5, 9, 78, True),
     ):
-        weights, result = array("i", bytes(4 * 28)), array("i", (ID, 0, gap, 0, 0))
+        weights, result = array("i", bytes(4 * cell_words.WEIGHTS)), array("i", (ID, 0, gap, 0, 0))
         weights[25], weights[27] = 500, blank
         found = cell_words.believed_word(lines_id, 0, 0, weights, result)
         assert (found & 4095) == (1 + ID if believed else 0), (lines_id, blank, gap)
+
+
+def test_the_more_cells_tell_little_the_more_a_second_word_must_cost_too():
+    for lines_id, blank, little, gap, believed in (
+        (5, 0, 10, 48, True),
+        (5, 0, 11, 63, False),
+        (5, 0, 11, 64, True),
+        (5, 3, 12, 79, False),
+        (5, 3, 12, 80, True),
+        (5, 9, 12, 87, False),  # what demands more counts
+        (5, 9, 12, 88, True),
+        (0, 3, 14, 110, True),
+    ):
+        weights = array("i", bytes(4 * cell_words.WEIGHTS))
+        weights[25], weights[27], weights[28] = 500, blank, little
+        found = cell_words.believed_word(lines_id, 0, 0, weights, array("i", (ID, 0, gap, 0, 0)))
+        assert (found & 4095) == (1 + ID if believed else 0), (lines_id, blank, little, gap)
 
 
 def test_what_a_word_may_cost_and_what_makes_it_sure():
@@ -116,7 +136,10 @@ def test_what_a_word_may_cost_and_what_makes_it_sure():
         (0, ID, 0, 0, 110 + 288, 0, 255),
         (0, ID, 0, 0, 110 + 287, 0, 254),
     ):
-        weights, result = array("i", bytes(4 * 28)), array("i", (told, cost, cost + gap, 0, 0))
+        weights, result = (
+            array("i", bytes(4 * cell_words.WEIGHTS)),
+            array("i", (told, cost, cost + gap, 0, 0)),
+        )
         weights[25] = plain
         found = cell_words.believed_word(lines_id, 0, turned, weights, result)
         assert found == (0 if margin is None else 1 + told + (margin << 12)), (told, turned, cost, gap)

@@ -33,9 +33,9 @@ def cell_weights(random):
                     ints(48, random),
                     depths,
                     random.below(1 << 24),
-                    zeros32(28),
+                    zeros32(29),
                 )
-    yield (128, 0, ints(48, random), zeros32(72), 0, zeros32(28))
+    yield (128, 0, ints(48, random), zeros32(72), 0, zeros32(29))
 
 
 def believed_word(random):
@@ -47,8 +47,9 @@ def believed_word(random):
                     result = ints(5, random)
                     result[0], result[1] = marker_id, cost
                     result[2] = cost + random.between(0, most)
-                    weights = ints(28, random, BIAS - 64, BIAS + 64)
+                    weights = ints(29, random, BIAS - 64, BIAS + 64)
                     weights[27] = random.between(0, 24)
+                    weights[28] = random.between(0, 24)
                     weights[25] = random.between(0, min(most, 1536))
                     yield (lines_id, 0, turned, weights, result)
 

@@ -14,7 +14,7 @@ _WORD_ID = const(0)
 _WORD_COST = const(1)
 _WORD_SECOND = const(2)
 
-WEIGHTS = const(28)  # items that `cell_weights` writes
+WEIGHTS = const(29)  # items that `cell_weights` writes
 
 _LIGHT = const(_BIAS - 128)
 _BLEACHED = const(1024)  # log units: a grey of 240
@@ -33,6 +33,9 @@ _GAP_LEAST_TURNED = const(78)  # where the orientation line is not seen, when th
 _COST_MOST_TURNED = const(80)  # that much,
 _BLANK_FEW = const(4)  # cells that tell nothing, and nothing covers; for each beyond these so much more,
 _GAP_BLANK = const(8)
+_LITTLE = const(48)  # a cell that weighs less is in doubt,
+_LITTLE_FEW = const(10)  # and of more, covered or not, two that are misread make another word:
+_GAP_LITTLE = const(16)  # for each beyond these so much more,
 _GAP_SURE = const(288)  # for the margin of 255 so much more,
 _COST_QUARTERS = const(7)  # and at least as much as the first contradicts,
 _COST_QUARTERS_PLAIN = const(2)  # of the empty word half as much: what hides cells seldom darkens them
@@ -52,7 +55,8 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
     the less alike, the less a cell tells; but where none looks dark, an edge of light is likelier than
     something that hides them all. Where the ring before it is hidden, a cell that looks white tells nothing.
     weights: WEIGHTS items; after the cells' the usual white, log units, what the dark ones weigh in all,
-    which they are: bit k for cell k, and how many tell nothing though nothing of another tone covers them.
+    which they are: bit k for cell k, how many tell nothing though nothing of another tone covers them, and
+    how many tell nothing or little.
     Returns how many cells were looked at, 0 when too few."""
     count = 0
     seen = 0
@@ -201,6 +205,7 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
     total = 0
     mask = 0
     blank = 0
+    little = 0
     i = 0
     while i < 24:
         value = int(weights[i]) - _BIAS
@@ -259,7 +264,10 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
             mask = mask | (1 << i)
         elif value < 0 and (hidden >> i) & 1:
             weights[i] = _BIAS
-        if int(weights[i]) == _BIAS and int(depths[i]):
+        value = int(weights[i]) - _BIAS
+        if value < _LITTLE and value > 0 - _LITTLE:
+            little += 1
+        if value == 0 and int(depths[i]):
             off = int(depths[48 + i]) - white
             if off <= _TONE and off >= 0 - _TONE:
                 blank += 1  # nothing of another tone covers it
@@ -267,6 +275,7 @@ def cell_weights(neutral: int, i: int, scratch: ptr32, depths: ptr32, hidden: in
     weights[25] = total
     weights[26] = mask
     weights[27] = blank
+    weights[28] = little
     return count
 
 
@@ -306,9 +315,12 @@ def believed_word(lines_id: int, gap: int, is_turned: int, weights: ptr32, resul
             if gap > plain - cost:
                 gap = plain - cost
             # another word may hide where nothing is seen
-            count = int(weights[27]) - _BLANK_FEW
+            count = (int(weights[27]) - _BLANK_FEW) * _GAP_BLANK
+            little = (int(weights[28]) - _LITTLE_FEW) * _GAP_LITTLE
+            if count < little:
+                count = little
             if count > 0:
-                least += count * _GAP_BLANK
+                least += count
     if is_turned:
         least = _GAP_LEAST_TURNED
         if cost > _COST_MOST_TURNED:
