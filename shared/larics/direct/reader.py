@@ -44,9 +44,7 @@ _BESIDE_LEAST_Q8 = const(179)  # of the rings' area: a sector with less is hidde
 _CENTRE_MOVED_Q10 = const(40)  # by the robust fit: the orientation line is measured twice
 _SURE_MARGIN = const(128)  # an ID with less is held against all evidence
 _CODED_MARGIN = const(64)  # cells need that where all evidence told the orientation line
-_WEIGHED_MOST = const(
-    1
-)  # places of a frame whose directions are weighed and that are no marker: 500,000 each
+_WEIGHED_MOST = const(1)  # places of a frame whose directions are weighed in vain
 _BENT = const(43)  # 1/1024: by so much of the radius on average
 _SMALL_Q8 = const(4096)  # smaller rings take one pass more to settle
 
