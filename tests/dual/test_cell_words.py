@@ -13,7 +13,7 @@ def search(shown, shown_lines):
     """What `likeliest_words` finds for 24 weights of cells and three of lines: ID, cost, second's cost."""
     weights = array("i", [BIAS + weight for weight in shown] + [0, 0])
     lines = array("i", [BIAS + weight for weight in shown_lines] + [0])
-    rows, found = array("i", bytes(4 * cell_search.SCRATCH)), array("i", bytes(20))
+    rows, found = array("i", bytes(4 * cell_search.SCRATCH)), array("i", bytes(12))
     allowed = id_set(None, True, False)
     cell_search.likeliest_words(rows, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, found)
     return list(found[:3])
@@ -58,7 +58,7 @@ def test_what_leaves_no_doubt_of_a_word():
         shown = least + [64] * 16
         weights = [BIAS + (shown[cell] if dark >> cell & 1 else -shown[cell]) for cell in range(24)]
         found = cell_search.certain_word(
-            0, 0, array("i", bytes(36)), array("i", weights), fixed.CELL_ROWS, lines, array("i", bytes(20))
+            0, 0, array("i", bytes(36)), array("i", weights), fixed.CELL_ROWS, lines, array("i", bytes(12))
         )
         assert found == is_certain, least
 
@@ -75,7 +75,7 @@ def test_by_how_much_a_word_must_cost_less_than_the_second():
         for short, believed in ((0, 1 + told), (1, 0)):
             weights, result = (
                 array("i", bytes(4 * cell_words.WEIGHTS)),
-                array("i", (told, 0, gap - short, 0, 0)),
+                array("i", (told, 0, gap - short)),
             )
             weights[25] = 0 if told == 0 else 500
             found = cell_words.believed_word(lines_id, 0, turned, weights, result)
@@ -92,7 +92,7 @@ def test_the_more_cells_tell_nothing_the_more_a_second_word_must_cost():
         (0, 9, 110, True),  # without lines it must anyway
         (16 + 5, 9, 78, True),
     ):
-        weights, result = array("i", bytes(4 * cell_words.WEIGHTS)), array("i", (ID, 0, gap, 0, 0))
+        weights, result = array("i", bytes(4 * cell_words.WEIGHTS)), array("i", (ID, 0, gap))
         weights[25], weights[27] = 500, blank
         found = cell_words.believed_word(lines_id, 0, 0, weights, result)
         assert (found & 4095) == (1 + ID if believed else 0), (lines_id, blank, gap)
@@ -111,7 +111,7 @@ def test_the_more_cells_tell_little_the_more_a_second_word_must_cost_too():
     ):
         weights = array("i", bytes(4 * cell_words.WEIGHTS))
         weights[25], weights[27], weights[28] = 500, blank, little
-        found = cell_words.believed_word(lines_id, 0, 0, weights, array("i", (ID, 0, gap, 0, 0)))
+        found = cell_words.believed_word(lines_id, 0, 0, weights, array("i", (ID, 0, gap)))
         assert (found & 4095) == (1 + ID if believed else 0), (lines_id, blank, little, gap)
 
 
@@ -138,7 +138,7 @@ def test_what_a_word_may_cost_and_what_makes_it_sure():
     ):
         weights, result = (
             array("i", bytes(4 * cell_words.WEIGHTS)),
-            array("i", (told, cost, cost + gap, 0, 0)),
+            array("i", (told, cost, cost + gap)),
         )
         weights[25] = plain
         found = cell_words.believed_word(lines_id, 0, turned, weights, result)

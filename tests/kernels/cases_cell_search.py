@@ -24,7 +24,7 @@ def likeliest_words(random):
                 lines = ints(4, random, BIAS - 64, BIAS + 64)
                 lines[3] = random.below(24)
                 allowed = everything if random.below(2) else random_bytes(512, random)
-                scratch, result = ints(SCRATCH, random), ints(5, random)
+                scratch, result = ints(SCRATCH, random), ints(3, random)
                 yield (scratch, 0, 0, weights, fixed.CELL_ROWS, lines, allowed, result)
 
 

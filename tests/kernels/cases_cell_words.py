@@ -44,7 +44,7 @@ def believed_word(random):
             for most in (1, 80, 400, 1 << 20):
                 for turned in (0, 1):
                     cost = 1 << 20 if marker_id == 4096 else random.between(0, min(most, 1024))
-                    result = ints(5, random)
+                    result = ints(3, random)
                     result[0], result[1] = marker_id, cost
                     result[2] = cost + random.between(0, most)
                     weights = ints(29, random, BIAS - 64, BIAS + 64)
@@ -52,6 +52,13 @@ def believed_word(random):
                     weights[28] = random.between(0, 24)
                     weights[25] = random.between(0, min(most, 1536))
                     yield (lines_id, 0, turned, weights, result)
+    for _ in range(200):  # about what is just believed
+        cost = random.between(0, 40)
+        weights = ints(29, random, BIAS - 64, BIAS + 64)
+        weights[25], weights[27], weights[28] = 900, random.between(2, 8), random.between(8, 14)
+        result = ints(3, random)
+        result[0], result[1], result[2] = 1261, cost, cost + random.between(40, 160)
+        yield (5, 0, 0, weights, result)
 
 
 CASES = {

@@ -41,7 +41,7 @@ _PLACE_ITEMS = const(16)
 _WORD_ID = const(0)
 _WORD_COST = const(1)
 _WORD_SECOND = const(2)
-_WORD_ITEMS = const(5)
+_WORD_ITEMS = const(3)
 
 # for an outer ring of 150 mm, where the reference studies read them: beside the cells, and in them
 _RADII_MM = (190, 205, 228, 236)

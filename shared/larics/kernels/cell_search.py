@@ -10,8 +10,6 @@ _BIAS = const(1 << 24)  # items as in kernels.layouts
 _WORD_ID = const(0)
 _WORD_COST = const(1)
 _WORD_SECOND = const(2)
-_WORD_CONTRADICTED = const(3)
-_WORD_BLANK = const(4)
 
 SCRATCH = const(180)  # items of scratch space that `likeliest_words` takes
 
@@ -123,10 +121,8 @@ def certain_word(
             i += 1
     # the one that is contradicted taken off
     cost = 0
-    contradicted = 0
     word = word & telling
     if word:
-        contradicted = 1
         i = shift
         while word > 1:
             word = word >> 1
@@ -145,8 +141,6 @@ def certain_word(
     result[_WORD_ID] = marker_id
     result[_WORD_COST] = cost
     result[_WORD_SECOND] = cost + second
-    result[_WORD_CONTRADICTED] = contradicted
-    result[_WORD_BLANK] = blank
     return 1
 
 
@@ -170,7 +164,6 @@ def likeliest_words(
     shift = int(lines[3])
     hard = 0
     telling = (1 << 24) - 1
-    blank = 0
     # backwards, as the last ones of equals come first; after an item above any, which none passes
     rows[25] = 1 << 29
     place = 26
@@ -184,7 +177,6 @@ def likeliest_words(
         if value > 0:
             hard = hard | (1 << cell)
         elif value == 0:
-            blank += 1
             telling = telling ^ (1 << cell)
         else:
             value = 0 - value
@@ -411,6 +403,4 @@ def likeliest_words(
     result[_WORD_ID] = best_id
     result[_WORD_COST] = best
     result[_WORD_SECOND] = second
-    result[_WORD_CONTRADICTED] = contradicted
-    result[_WORD_BLANK] = blank
     return second_id

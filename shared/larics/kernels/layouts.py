@@ -152,9 +152,7 @@ PLACE_ITEMS = const(16)
 WORD_ID = const(0)  # of the word that costs least, 0 for the empty one,
 WORD_COST = const(1)  # what it costs,
 WORD_SECOND = const(2)  # and what the second costs, at least
-WORD_CONTRADICTED = const(3)  # cells that the first contradicts,
-WORD_BLANK = const(4)  # and those that tell nothing
-WORD_ITEMS = const(5)
+WORD_ITEMS = const(3)
 
 # The blur-model reader's units of length, bars and directions of motion: see kernels.blur
 RELS = const(17)  # angles from the motion, 1/32 of half a turn: 0..16
