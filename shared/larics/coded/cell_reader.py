@@ -6,7 +6,7 @@ What a cell tells is weighed, the word that contradicts the least is taken, and 
 would contradict so much more. An ID is told by cells and lines together: lines that were read must agree.
 
 On a Cortex-M7 that adds 50,000 to 60,000 instructions to a frame with a marker whose cells leave no doubt,
-about 45,000 more where rivals have to be looked for, which ends after some 100 of them, some 6,000 where
+about 37,000 more where rivals have to be looked for, which ends after some 100 of them, some 6,000 where
 dark cells may be strokes across a plain marker, and nothing to one without a marker.
 """
 
