@@ -2,6 +2,7 @@
 
 from array import array
 
+from larics.arith.fixed import cos_q14, sin_q14
 from larics.coded.cell_reader import PLAIN, UNKNOWN
 from larics.detect.detector import Detector
 from larics.direct.acceptance import Acceptance
@@ -53,6 +54,59 @@ def test_what_crosses_a_circle_is_seen_twice():
     assert list(found) == [120, 60]  # 60 lies 7 directions from 3: the same one
     kernels.second_strokes(depths, 0, 0, 64, 6, found)
     assert list(found) == [190, 60]
+
+
+def test_no_stroke_is_deeper_than_a_table_asks_about():
+    for grey, expected in ((100, ZERO + 4095), (60000, ZERO - 4095)):
+        profile = array("H", [30000] * 64)
+        profile[10] = grey
+        depths = array("H", [0] * 64)
+        kernels.stroke_depths(profile, 0, 0, 64, 5, 1, depths)
+        assert depths[10] == expected
+
+
+SIDE = 280  # a frame in whose middle a ring of 100 px may lie
+
+
+def strokes_seen(patches):
+    """Evidence that has looked around rings of 100 px on even white, where patches [(first angle, last one,
+    1/256 turn, least distance from the middle between the rings, px)] are dark."""
+    rings = Rings()
+    rings.resize(100 << 8)
+    rings.area, rings.line_q10 = 2000, 117
+    for item in (layouts.FIT_TRUE_X_Q10, layouts.FIT_TRUE_Y_Q10):
+        rings.fit[item] = BIAS + (SIDE // 2 << 10)
+    rings.fit[layouts.FIT_WIDTH] = rings.fit[layouts.FIT_HEIGHT] = SIDE
+    frame = bytearray([200] * SIDE * SIDE)
+    for first, last, least_px in patches:
+        for step in range(first * 8, last * 8 + 1):
+            angle_turn16 = step * 32
+            for radius in range(8333 + round(100 * least_px), 9500, 30):  # px / 100
+                x = SIDE // 2 + (radius * cos_q14(angle_turn16) // 100 + 8192 >> 14)
+                y = SIDE // 2 + (radius * sin_q14(angle_turn16) // 100 + 8192 >> 14)
+                frame[y * SIDE + x] = 60
+    reader = LineReader(LARICS3, 175)
+    evidence = Evidence(LARICS3, reader)
+    assert evidence.look_around(frame, rings, reader)
+    return evidence
+
+
+def test_where_strokes_between_the_rings_are_looked_for():
+    # two samples, 1.95 px inside and outside the middle
+    for least_px, seen in ((-5, True), (1.7, True), (2.7, False)):
+        evidence = strokes_seen([(62, 66, least_px)])
+        assert (evidence._gap[64 // 2] > ZERO + 100) == seen, least_px
+
+
+def test_strokes_are_held_against_what_lies_a_little_beside_them():
+    evidence = strokes_seen([(30, 34, -5), (50, 54, -5)])
+    assert evidence._gap[32 // 2] > ZERO + 100 and evidence._gap[52 // 2] > ZERO + 100
+
+
+def test_a_second_stroke_lies_some_way_from_the_first():
+    for apart, second in ((14, 0), (20, 564), (28, 564)):  # 1/256 of a turn
+        evidence = strokes_seen([(30, 34, -5), (30 + apart, 34 + apart, -5)])
+        assert list(evidence._crossing) == [second, 0], apart
 
 
 def bit_items(lines, rings, bit=2, gap=(), inside=(), crossing=(0, 0)):
