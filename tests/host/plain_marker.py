@@ -28,3 +28,10 @@ def plain_frame(marker_id, x=60.0, y=55.0, heading_deg=30.0, radius_px=30.0, siz
     shade = np.where(black, 30.0, np.where(radius < 250, 220.0, 120.0))
     shade = shade.reshape(height, SAMPLES, width, SAMPLES).mean(axis=(1, 3))
     return np.round(shade).astype(np.uint8)
+
+
+def stained_frame():
+    """A marker 6 of 148 x 132 px behind whose orientation line a stain lies: the rules alone refuse it."""
+    frame = plain_frame(6, 70.0, 66.0, 0, size=(148, 132))
+    frame[63:70, 118:126] = 30
+    return frame

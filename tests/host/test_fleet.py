@@ -25,10 +25,11 @@ from larics_host.fleet.passes import Passes, Reading, judged
 from larics_host.fleet.sources import Block, Source, blocks, lines, list_logs
 from larics_host.fleet.tally import Work, read_block, vehicles
 from larics_host.fleet.trends import trend
-from larics_host.images.frame_folder import frame_name
+from larics_host.images.frame_folder import frame_name, write_frame
 from larics_host.logs.log_writer import json_line
 from larics_host.truth import by_frame, read_truth
 from tests.host.fleet_logs import HALL, Vehicle, record, write_map
+from tests.host.plain_marker import stained_frame
 from tests.host.test_dual import ROOT
 from tests.host.waiting import wait_until
 
@@ -191,6 +192,20 @@ def test_recorded_frames_are_read_again(tmp_path, capsys):
     (tmp_path / "seen" / "wrong" / "settings.json").write_text('{"radius_min_px": 900}')
     assert command(tmp_path / "seen", "--jobs", "1") == 1
     assert "the frames beside %s" % (tmp_path / "seen" / "wrong") in capsys.readouterr().err
+
+
+def test_recorded_frames_of_a_small_heap_are_read_as_there(tmp_path, capsys):
+    """A stained marker that such a board refuses is no sign of a bad memory."""
+    folder = tmp_path / "seen" / "small"
+    folder.mkdir(parents=True)
+    (folder / "settings.json").write_text('{"radius_min_px": 24, "radius_max_px": 34}')
+    write_frame(folder / frame_name(0), stained_frame())
+    none = record(Marker, frame=0, id=m.ID_NONE, flags=m.MARKER_NONE)
+    (folder / "messages.jsonl").write_bytes(json_line(Message("MARKER", 0, none, 0.1), 0))
+    assert command(tmp_path / "seen", "-o", tmp_path / "t", "--jobs", 1) == 0
+    capsys.readouterr()
+    (row,) = read_table(tmp_path / "t" / "vehicles.csv")
+    assert (row["recorded_frames"], float(row["recorded_alike_pct"])) == ("1", 100.0)
 
 
 def path_lines(path):

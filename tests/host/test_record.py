@@ -5,10 +5,13 @@ import json
 import numpy as np
 import pytest
 
+from larics.settings import Settings
 from larics_host import cli
+from larics_host.images.frame_folder import write_frame
 from larics_host.images.frame_sources import open_frames
 from larics_host.images.openmv_stream import GRAYSCALE
-from tests.host.plain_marker import plain_frame
+from larics_host.validation.board import HostRun, compare_messages
+from tests.host.plain_marker import plain_frame, stained_frame
 from tests.host.test_frames import stream_v2
 from tests.host.test_log import marker_values, wire
 from tests.host.test_monitor import firmware
@@ -100,3 +103,21 @@ def test_bad_input_is_one_line(argv, part, tmp_path, monkeypatch, capsys):
     err = capsys.readouterr().err
     assert err.startswith("larics: ") and part in err and err.count("\n") == 1
     assert not (tmp_path / "x").exists()
+
+
+def test_a_board_with_a_small_heap_reports_what_it_can(tmp_path):
+    """It does without weighing all that was measured where a rule refuses a marker, as of a stained one."""
+    pictures = [plain_frame(k, 70.0, 66.0, 0, size=(148, 132)) for k in (1, 2)] + [stained_frame()]
+    for number, one in enumerate(pictures):
+        write_frame(tmp_path / ("frame_%06d.pgm" % number), one)
+    settings = Settings({"radius_min_px": 24, "radius_max_px": 34, "width": 148, "height": 132})
+    runs = HostRun(settings), HostRun(settings, weigh_all=False)
+    usual, small = ([one for k, p in enumerate(pictures) for one in run.messages(k, p)] for run in runs)
+    assert usual[2]["id"] == 6 and small[2]["id"] is None
+    wrong = [small[0], dict(small[1], margin=small[1]["margin"] - 1), small[2]]
+    for records, equal in ((usual, 3), (small, 3), (wrong, 2)):
+        lines = [dict(one, message="MARKER", time_s=k, sequence=k) for k, one in enumerate(records)]
+        (tmp_path / "log.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+        result = compare_messages(tmp_path, tmp_path / "log.jsonl", settings)
+        assert (result["compared"], result["equal"]) == (3, equal)
+    assert [one["field"] for one in result["differences"]] == ["margin"]

@@ -23,10 +23,8 @@ if TYPE_CHECKING:
     from larics_host.annotations import StrPath
 
 
-_SAME_LEAST, _SAME_SHARE = (
-    20,
-    0.5,
-)  # readings of two logs that are the same to the bit, and of the shorter one
+# readings of two logs that are the same to the bit, and their share of the shorter one
+_SAME_LEAST, _SAME_SHARE = 20, 0.5
 
 
 @dataclass

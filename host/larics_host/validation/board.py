@@ -1,7 +1,9 @@
 """What a board reported of frames, against what this computer makes of the same frames, message by message.
 
-Both run the same code; whatever differs is a fault of a compiler, an interpreter or a memory. Frame numbers
-in the names of the files (frame_<number>.pgm) say which message belongs to which frame, else their order.
+Both run the same code, but that a board with a small heap does without `weigh_all` (larics.detect.detector):
+what is the one or the other is alike, and whatever else differs is a fault of a compiler, an interpreter or a
+memory. Frame numbers in the names of the files (frame_<number>.pgm) say which message belongs to which frame,
+else their order.
 Settings that make a frame depend on those before (tracking, confirm_needed) need all frames of the run.
 """
 
@@ -42,10 +44,11 @@ class _Kept:
 
 
 class HostRun:
-    """Does with a frame what the firmware does. settings: larics.settings.Settings; ValueError as there."""
+    """Does with a frame what the firmware does. settings: larics.settings.Settings; ValueError as there.
+    weigh_all: not as on a small heap."""
 
-    def __init__(self, settings: Settings) -> None:
-        self._sensor = Sensor(settings)
+    def __init__(self, settings: Settings, weigh_all: bool = True) -> None:
+        self._sensor = Sensor(settings, weigh_all=weigh_all)
         self._sensor.rebuild(EVERY_PART)
 
     def messages(self, number: int, frame: np.ndarray) -> list[dict[str, Any]]:
@@ -77,42 +80,45 @@ def _reported(path):
 def compare_messages(folder: StrPath, log: StrPath, settings: Settings) -> dict[str, Any]:
     """The comparison as a JSON-able dict: frames, compared, equal, unreported, differences and a summary.
 
-    differences: [{frame, index, field, board, host}], field "count" when the number of markers differs.
+    differences: [{frame, index, field, board, host}], field "count" when the number of markers differs; those
+    from a small heap's messages where these are nearer.
     """
     reported = _reported(log)
-    run = None
-    differences, unreported = [], []
-    frames = compared = equal = 0
+    runs = None
+    unreported = []
+    found: tuple[list, list] = ([], [])  # of each frame, against a usual heap and a small one
+    frames = 0
     for order, (name, frame) in enumerate(watched(open_frames([folder]), label="frames", quiet_stdout=True)):
         number = number_of(base_name(name))
         number = order if number is None else number
-        if run is None:
-            run = begin(settings, frame)
+        if runs is None:
+            runs = begin(settings, frame), begin(settings, frame, weigh_all=False)
         if frame.shape != (settings.height, settings.width):
             raise UserError("%s is of another size than the frames before" % name)
-        here = run.messages(number, frame)
+        here = [run.messages(number, frame) for run in runs]
         frames += 1
         if number not in reported:
             unreported.append(base_name(name))
             continue
-        compared += 1
-        found = _differences(base_name(name), reported[number], here)
-        equal += not found
-        differences += found
+        for several, messages in zip(found, here, strict=True):
+            several.append(_differences(base_name(name), reported[number], messages))
+    compared = len(found[0])
     if not compared:
         raise UserError("%s reports none of the frames in %s" % (log, folder))
+    nearest = min(found, key=lambda several: sum(map(len, several)))
+    equal = sum(not some for some in nearest)
     return {
         "frames": frames,
         "compared": compared,
         "equal": equal,
         "unreported": unreported,
-        "differences": differences,
+        "differences": [one for some in nearest for one in some],
         "summary": "%d of %s reported alike; %d not in the log"
         % (equal, counted(compared, "frame"), len(unreported)),
     }
 
 
-def begin(settings: Settings, frame: np.ndarray) -> HostRun:
+def begin(settings: Settings, frame: np.ndarray, weigh_all: bool = True) -> HostRun:
     """A HostRun for frames of this one's size; UserError when the settings do not suit it."""
     height, width = frame.shape
     reason = calibrated_for(settings, width, height)
@@ -120,7 +126,7 @@ def begin(settings: Settings, frame: np.ndarray) -> HostRun:
         raise UserError(reason)
     try:
         settings.update({"width": width, "height": height})
-        return HostRun(settings)
+        return HostRun(settings, weigh_all)
     except ValueError as error:
         raise UserError("the settings do not suit frames of %d x %d: %s" % (width, height, error)) from None
 

@@ -7,9 +7,9 @@ picture shows to be hidden stays hidden.
 
 On a Cortex-M7 it takes 5 to 6 million instructions of a marker, up to 11 where other candidates come
 first. Where there was no marker for six frames, a frame takes 1.0 to 2.7 million with all searches, with
-look-alikes up to 6.0; from 10 to 60 px, where scales take turns, 4 to 9, up to 12.2. Before that it is up to
-6.1, after a frame with a marker 6.5, and from 10 to 60 px 14: `larics.detect.statistics` says what a frame
-may spend.
+look-alikes up to 6.8; from 10 to 60 px, where scales take turns, 4 to 9, up to 13.1. Before that it is up to
+7.0, after a frame with a marker 7.5, and from 10 to 60 px 14.4 and 14.8: `larics.detect.statistics` says what
+a frame may spend.
 """
 
 try:

@@ -92,9 +92,8 @@ class DirectReader:
     def memory(self):
         """Bytes of the buffers."""
         cells = self.cells.memory() if self.cells else 0
-        if self.evidence:
-            cells += self.evidence.memory()
-        return self.rings.memory() + self.lines.memory() + cells
+        evidence = self.evidence.memory() if self.evidence else 0
+        return self.rings.memory() + self.lines.memory() + cells + evidence
 
     def decides(self):
         """Whether the last candidate has pixels and contrast enough for these rules to decide alone."""
